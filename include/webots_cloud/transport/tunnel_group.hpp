@@ -27,6 +27,7 @@ public:
     std::uint64_t sent() const noexcept { return sent_; }         ///< Bytes to browsers.
     std::size_t open() const noexcept { return tunnels_.size(); } ///< Tunnels, and requests on their way.
     bool is_closed() const noexcept { return is_closed_; }
+    bool has_limit() const noexcept { return bytes_per_second_ > 0; }
 
     /// Ends all tunnels, and refuses new ones.
     void close();

@@ -1,6 +1,7 @@
 #include "tunnel.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <string_view>
 #include <utility>
 
@@ -99,8 +100,8 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     if (!from.end.may_read() || (!to.end.may_write() && !to.end.is_broken()))
         return Step::wait;
     auto size = !from.is_bulk ? small_chunk : from.end.is_tls() ? std::min(to.takes, tls_chunk) : to.takes;
-    if (group_)
-        size = std::min(size, group_->allowance(owner_.now_));
+    if (group_ && group_->has_limit())
+        size = std::min(size, group_->allowance(std::chrono::steady_clock::now()));
     if (size == 0)
         return Step::pause;
     auto const left = owner_.left_of_turn_ - std::min(owner_.left_of_turn_, moved);

@@ -64,7 +64,8 @@ public:
 
     List::iterator self;
     bool is_scheduled = false;
-    TimePoint last_moved{};
+    bool has_moved = false; ///< Since the last `check`.
+    TimePoint last_moved{}; ///< When a `check` found that it had: so no picture waits for a clock.
     // Of `relay`; null: of `open`.
     Ends* outcome = nullptr;
     async::Wakeup* done = nullptr;

@@ -8,6 +8,7 @@
 #include <netinet/tcp.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
+#include <utility>
 
 namespace webots_cloud::adapters {
 
@@ -15,14 +16,12 @@ namespace asio = boost::asio;
 
 namespace {
 
-// What all tunnels may move before others have their turn: less than 2 ms, with TLS.
-constexpr std::size_t max_bytes_per_turn = 1024 * 1024;
+// What all tunnels may move in a turn. Others have theirs after two at most, one that was posted and one that
+// an event began: less than 2 ms, with TLS.
+constexpr std::size_t max_bytes_per_turn = 512 * 1024;
 // What a tunnel with little to move costs, compared with one that moves bytes.
 constexpr std::size_t cost_of_a_look = 8 * 1024;
 constexpr int max_events = 128;
-// An event gets its turn at once if the last turn is longer ago than this. Otherwise others come first, and
-// what happens meanwhile shares that turn.
-constexpr auto turn_at_once_after = std::chrono::milliseconds(1);
 
 // Of a peer that has vanished without a word the kernel tells after two minutes.
 constexpr int keepalive_idle = 60;
@@ -147,15 +146,13 @@ void Tunnels::await_events()
                            if (error || !*alive)
                                return;
                            is_waiting_ = false;
-                           if (!is_posted_ && std::chrono::steady_clock::now() - now_ >= turn_at_once_after)
+                           if (!is_posted_)
                                turn();
-                           else
-                               arm();
                        });
 }
 
-/// Notes what the kernel has to tell; how many events there were.
-std::size_t Tunnels::collect()
+/// Notes what the kernel has to tell.
+void Tunnels::collect()
 {
     std::array<epoll_event, max_events> events;
     int const count =
@@ -170,14 +167,12 @@ std::size_t Tunnels::collect()
             ready_.push_back(tunnel);
         }
     }
-    return count > 0 ? static_cast<std::size_t>(count) : 0;
 }
 
 /// A bounded amount of work.
 void Tunnels::turn()
 {
-    auto const seen = collect();
-    now_ = std::chrono::steady_clock::now();
+    collect();
     std::size_t work = 0;
     std::size_t done = 0;
     for (auto const count = ready_.size(); done < count && work < max_bytes_per_turn; ++done) {
@@ -188,7 +183,7 @@ void Tunnels::turn()
         auto const next = tunnel.step(moved);
         work += cost_of_a_look + moved;
         if (moved > 0)
-            tunnel.last_moved = now_;
+            tunnel.has_moved = true;
         switch (next) {
         case Tunnel::Step::wait:
             break;
@@ -205,7 +200,7 @@ void Tunnels::turn()
         }
     }
     ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(done));
-    if (!ready_.empty() || seen == max_events)
+    if (!ready_.empty())
         arm();
     else
         await_events();
@@ -253,11 +248,14 @@ void Tunnels::bury(Tunnel& tunnel)
 
 void Tunnels::check(TimePoint now)
 {
-    for (auto& tunnel : tunnels_)
+    for (auto& tunnel : tunnels_) {
+        if (std::exchange(tunnel.has_moved, false))
+            tunnel.last_moved = now;
         if (!tunnel.is_cut() && tunnel.is_overdue(now, params_)) {
             ++statistics_.timed_out;
             tunnel.end();
         }
+    }
 }
 
 void Tunnels::cut_all()

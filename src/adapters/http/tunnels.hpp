@@ -98,7 +98,7 @@ private:
     void schedule(Tunnel& tunnel);
     void arm();
     void await_events();
-    std::size_t collect();
+    void collect();
     void turn();
     void bury(Tunnel& tunnel);
     void pause(Tunnel& tunnel);
@@ -113,7 +113,6 @@ private:
     std::size_t left_of_turn_ = 0; ///< Bytes.
     std::vector<Tunnel*> ready_;   ///< May have something to do; each is there once.
     std::vector<Tunnel*> paused_;  ///< Over the limit of their groups.
-    TimePoint now_;
     std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
     async::Wakeup ended_;
     std::size_t open_ended_ = 0;

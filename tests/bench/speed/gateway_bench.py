@@ -79,6 +79,10 @@ MOST_STOLEN = 0.005  # of the processors' time, by the host
 MOST_TRIES = 30
 
 
+class Disturbed(Exception):
+    """The host of this machine left no time to measure in."""
+
+
 class Certificate:
     def __init__(self, folder):
         self.certificate, self.key, self.both = (os.path.join(folder, name) for name in ("certificate.pem", "key.pem", "both.pem"))
@@ -155,6 +159,7 @@ class Bench:
         self.most_stolen = most_stolen
         self.certificate = Certificate(folder)
         self.disturbed = 0  # measurements that were made again
+        self.not_measured = []  # rows
         self.port = free_port()
         self.simulations = Tool("simulations", self.port)
         wait_for_port(self.port)
@@ -204,7 +209,7 @@ class Bench:
                 break
             self.disturbed += 1
         else:
-            raise SystemExit(f"The host of this machine took more than {MOST_STOLEN:.1%} of its processors, {MOST_TRIES} times in a row: try later.")
+            raise Disturbed
         if not messages:
             raise SystemExit(f"{name}: no pictures arrived")
         return {"median": median - direct["median"], "p99": worst - direct["p99"], "cpu": spent * 1e6 / messages} if direct else \
@@ -318,16 +323,22 @@ def throughput_rows(bench, options, tls, label):
             "at least the better", more)
 
 
+def latencies(bench, count, tls):
+    direct = bench.latency("direct", count, tls, None)
+    order = random.sample(NAMES, len(NAMES))  # who comes after whom must not matter
+    return {name: bench.latency(name, count, tls, direct) for name in order}
+
+
 def latency_rows(bench, options, tls, label):
     for count in (1, 100, 1000):
         work = f"{label}, pictures, {count:,} viewer{'s' if count > 1 else ''}"
         if options.only not in work:
             continue
-        samples = []
-        for _ in range(options.runs):
-            direct = bench.latency("direct", count, tls, None)
-            order = random.sample(NAMES, len(NAMES))  # who comes after whom must not matter
-            samples.append({name: bench.latency(name, count, tls, direct) for name in order})
+        try:
+            samples = [latencies(bench, count, tls) for _ in range(options.runs)]
+        except Disturbed:
+            bench.not_measured.append(work)
+            continue
         for key, unit in (("median", "added µs, median"), ("p99", "added µs, 99th percentile"), ("cpu", "µs of processor for each")):
             row(work, unit, {name: [sample[name][key] for sample in samples] for name in NAMES}, "at most the better", less)
 
@@ -370,6 +381,8 @@ def main():
                 latency_rows(bench, options, tls, label)
                 memory_rows(bench, options, tls, label)
             print(f"\n{bench.disturbed} measurements of latency were made again, since the host took more than {MOST_STOLEN:.1%} of the processors.")
+            if bench.not_measured:
+                raise SystemExit(f"Not measured, as it did so {MOST_TRIES} times in a row: {'; '.join(bench.not_measured)}. Try later.")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
