@@ -34,6 +34,8 @@ struct MachineDiscoveryParams
     std::vector<ServerSpec> entries;
     /// Names and announcements may lead to this machine itself, by its loopback addresses.
     bool loopback = false;
+
+    bool operator==(MachineDiscoveryParams const&) const = default;
 };
 
 /// Optional callbacks of a MachineDiscovery. None of them may block.
@@ -66,7 +68,7 @@ public:
 
     /// Takes other parameters: `servers` has the new entries at once, and all changes that nobody was told of
     /// yet, which nobody is told of any more. What is known of names that stay, and of announced machines,
-    /// stays.
+    /// stays. With the parameters that it has nothing happens.
     void apply(MachineDiscoveryParams params);
 
     /// The machines as `changed` has told. Of equal addresses the first one counts.

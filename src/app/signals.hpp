@@ -10,8 +10,10 @@
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include <chrono>
 #include <csignal>
 #include <functional>
 
@@ -36,6 +38,11 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
         if (error)
             co_return Failure(error);
         auto const configured = reload();
+        // Of thousands of machines both take ten milliseconds and more: others have their turn in between.
+        boost::asio::steady_timer pause(executor, std::chrono::milliseconds(1));
+        if (auto const [cut] = co_await pause.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
+            cut)
+            co_return Failure(cut);
         auto const applied = configured ? apply(configured->config) : result<>(configured.error());
         if (!applied) {
             auto const lines = applied.error().message();

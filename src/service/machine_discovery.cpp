@@ -94,7 +94,8 @@ MachineDiscovery::~MachineDiscovery() = default;
 
 void MachineDiscovery::apply(MachineDiscoveryParams params)
 {
-    impl_->take(std::move(params));
+    if (params != impl_->params) // else thousands of machines would be listed anew for nothing
+        impl_->take(std::move(params));
 }
 
 std::vector<ServerSpec> MachineDiscovery::servers() const

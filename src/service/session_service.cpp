@@ -143,6 +143,7 @@ struct SessionService::Impl
 
     void set_servers(std::vector<ServerSpec> const& servers);
     void put_server(ServerSpec const& server, std::string_view before);
+    std::string_view origin_of(ServerSpec const& server) const;
     void remove_server(std::string_view address);
     void write_relay(core::MetricsText& text) const;
     void expire_pages();
@@ -246,6 +247,9 @@ void SessionService::Impl::set_servers(std::vector<ServerSpec> const& servers)
         bool const is_in_place = next != monitor.servers().end() && next->address == server.address;
         if (is_in_place)
             ++next;
+        // Of thousands of machines most are as before: looking at them anew would hold up everybody.
+        if (is_in_place && machines.lists(server) && board.is_found_by(server.address, origin_of(server)))
+            continue;
         put_server(server, next == monitor.servers().end() ? std::string_view() : next->address);
     }
 }
@@ -261,10 +265,13 @@ void SessionService::Impl::put_server(ServerSpec const& server, std::string_view
     monitor.put_server(polled, before);
     paths.put(server);
     relay.put(server);
-    board.put(*monitor.find(server.address),
-              hooks.origin_of ? hooks.origin_of(server.address) : std::string_view(),
-              paths.path_of(server.address), before);
+    board.put(*monitor.find(server.address), origin_of(server), paths.path_of(server.address), before);
     board.note_drained(server.address, machines.drained_by(server.address));
+}
+
+std::string_view SessionService::Impl::origin_of(ServerSpec const& server) const
+{
+    return hooks.origin_of ? hooks.origin_of(server.address) : std::string_view();
 }
 
 void SessionService::Impl::remove_server(std::string_view address)

@@ -83,6 +83,12 @@ void SessionBoard::remove(std::string_view address)
     rows_.erase(row);
 }
 
+bool SessionBoard::is_found_by(std::string_view address, std::string_view found_by) const
+{
+    auto const found = by_address_.find(address);
+    return found != by_address_.end() && found->second->found_by == found_by;
+}
+
 SessionBoard::Row* SessionBoard::find(std::string_view address)
 {
     auto const found = by_address_.find(address);

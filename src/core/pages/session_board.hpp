@@ -78,6 +78,9 @@ public:
     /// It has left the list. Servers that are not listed are ignored.
     void remove(std::string_view address);
 
+    /// Whether a server is listed, and was found so.
+    bool is_found_by(std::string_view address, std::string_view found_by) const;
+
     /// Something else is known of a server than before. Servers that are not listed are ignored.
     void change(std::string_view address);
 

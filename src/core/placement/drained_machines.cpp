@@ -34,6 +34,12 @@ void DrainedMachines::remove(std::string_view address)
         drained_.erase(drained);
 }
 
+bool DrainedMachines::lists(ServerSpec const& server) const
+{
+    auto const known = servers_.find(server.address);
+    return known != servers_.end() && known->second == server;
+}
+
 DrainedMachines::Outcome DrainedMachines::obey(DrainOrder const& order)
 {
     auto const server = servers_.find(order.machine);

@@ -44,6 +44,9 @@ public:
     /// It has left the list.
     void remove(std::string_view address);
 
+    /// It is listed, and the configuration says exactly this of it.
+    bool lists(ServerSpec const& server) const;
+
     Outcome obey(DrainOrder const& order);
 
     /// How the scheduler is to treat a machine.

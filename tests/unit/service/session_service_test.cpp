@@ -328,6 +328,40 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_what_
     BOOST_TEST(watcher.sent.size() == before);
 }
 
+BOOST_AUTO_TEST_CASE(a_list_that_is_read_again_costs_what_is_different_in_it)
+{
+    Fixture fixture;
+    for (auto const* const address : {"a:2000", "b:2000", "c:2000"})
+        fixture.http.expect("GET http://" + std::string(address) + "/load").reply(200, "10").always();
+    fixture.start({"a:2000", "b:2000", "c:2000"});
+    fixture.world.advance(1s);
+    testing::LoopbackChannel watcher(fixture.world.executor());
+    fixture.connect(watcher, "/monitor");
+    fixture.world.advance(1500ms); // between two polls
+    std::vector<ServerSpec> servers = {ServerSpec("a:2000"), ServerSpec("b:2000"), ServerSpec("c:2000")};
+    auto const rows_told = [&] {
+        auto const before = watcher.sent.size();
+        fixture.service.set_servers(servers);
+        std::string told;
+        for (auto i = before; i < watcher.sent.size(); ++i)
+            told += watcher.sent[i];
+        return std::array{told.find("\"row\":0,") != std::string::npos,
+                          told.find("\"row\":1,") != std::string::npos,
+                          told.find("\"row\":2,") != std::string::npos};
+    };
+    (void)rows_told();
+    BOOST_TEST((rows_told() == std::array{false, false, false}));
+    servers[1].drain = true;
+    BOOST_TEST((rows_told() == std::array{false, true, false}));
+    BOOST_TEST((rows_told() == std::array{false, false, false}));
+    servers[1].drain = false;
+    BOOST_TEST((rows_told() == std::array{false, true, false}));
+    for (int i = 0; i < 20; ++i)
+        BOOST_TEST(fixture.get("/session").body.starts_with("wss://"));
+    watcher.browser_leaves();
+    fixture.world.settle();
+}
+
 BOOST_AUTO_TEST_CASE(who_watches_hears_once_that_a_server_is_down_for_the_same_reason)
 {
     Fixture fixture;
