@@ -68,7 +68,7 @@ public:
 
     /// Takes other parameters: `servers` has the new entries at once, and all changes that nobody was told of
     /// yet, which nobody is told of any more. What is known of names that stay, and of announced machines,
-    /// stays. With the parameters that it has nothing happens.
+    /// stays. Does nothing if they are those that it has.
     void apply(MachineDiscoveryParams params);
 
     /// The machines as `changed` has told. Of equal addresses the first one counts.
