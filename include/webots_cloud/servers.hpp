@@ -22,6 +22,9 @@ struct HttpServerParams;
 HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& config);
 
 /// Reads a configuration again, on SIGHUP; empty: SIGHUP is left alone.
+///
+/// Called on a thread of the server, never twice at a time, and never after the server has ended, which waits
+/// for it. Must not throw.
 template<class Config>
 using Reload = std::function<result<Configured<Config>>()>;
 

@@ -9,18 +9,26 @@
 #include <webots_cloud/transport/logger.hpp>
 
 #include <boost/asio/as_tuple.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
-#include <chrono>
 #include <csignal>
 #include <functional>
 
 namespace webots_cloud::app {
 
-/// At each SIGHUP, reads the configuration again and passes it to `apply`. If it is invalid, that is logged
-/// and the old one stays in use. Ends when cancelled.
+template<class Config>
+boost::asio::awaitable<result<Configured<Config>>> read_again(Reload<Config> const& reload)
+{
+    co_return reload();
+}
+
+/// At each SIGHUP, has `reload` read the configuration, on another thread, and passes it to `apply`. If it is
+/// invalid, that is logged and the old one stays in use. Ends when cancelled, but not while `reload` reads.
 ///
 /// `running` is the configuration of the start: a key that needs a restart and differs from its value there
 /// is named in the log at each SIGHUP. Without `reload` SIGHUP is left alone.
@@ -32,17 +40,19 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
     boost::asio::signal_set signals(executor);
     if (reload)
         signals.add(SIGHUP);
+    boost::asio::thread_pool reading(1); // its destructor waits for what it reads
+    co_await boost::asio::this_coro::throw_if_cancelled(false);
     for (;;) {
         auto const [error, number] =
             co_await signals.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
         if (error)
             co_return Failure(error);
-        auto const configured = reload();
-        // Of thousands of machines both take ten milliseconds and more: others have their turn in between.
-        boost::asio::steady_timer pause(executor, std::chrono::milliseconds(1));
-        if (auto const [cut] = co_await pause.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
-            cut)
-            co_return Failure(cut);
+        // Ten milliseconds for thousands of machines, and any time on a network file system.
+        auto const configured =
+            co_await boost::asio::co_spawn(reading, read_again(reload), boost::asio::use_awaitable);
+        auto const state = co_await boost::asio::this_coro::cancellation_state;
+        if (state.cancelled() != boost::asio::cancellation_type::none)
+            co_return Failure(boost::asio::error::operation_aborted);
         auto const applied = configured ? apply(configured->config) : result<>(configured.error());
         if (!applied) {
             auto const lines = applied.error().message();
