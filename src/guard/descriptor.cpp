@@ -1,7 +1,9 @@
 #include "descriptor.hpp"
 
+#include <poll.h>
 #include <sys/socket.h>
 
+#include <csignal>
 #include <cstring>
 
 namespace webots_cloud::guard {
@@ -22,6 +24,14 @@ bool send_descriptor(int socket, int descriptor, int flags)
     header->cmsg_len = CMSG_LEN(sizeof descriptor);
     std::memcpy(CMSG_DATA(header), &descriptor, sizeof descriptor);
     return sendmsg(socket, &message, MSG_NOSIGNAL | flags) == 1;
+}
+
+void await_word_of(pid_t child, int descriptor)
+{
+    constexpr int wake_interval_ms = 250;
+    pollfd waiting{descriptor, POLLIN, 0};
+    while (poll(&waiting, 1, wake_interval_ms) <= 0)
+        kill(child, SIGCONT);
 }
 
 } // namespace webots_cloud::guard

@@ -1,5 +1,6 @@
 #include "network.hpp"
 
+#include "descriptor.hpp"
 #include "exit_status.hpp"
 #include "relay.hpp"
 
@@ -220,6 +221,7 @@ void NetworkSetup::complete_outside(pid_t inside)
         return;
     close(ends_[1]);
     close(acceptor_);
+    await_word_of(inside, ends_[0]);
     if (await_ready(ends_[0]) &&
         (network_.reach != Network::Reach::internet || attach_slirp(network_, inside)))
         say_ready(ends_[0]);

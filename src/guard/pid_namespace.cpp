@@ -1,5 +1,6 @@
 #include "pid_namespace.hpp"
 
+#include "descriptor.hpp"
 #include "display.hpp"
 
 #include <fcntl.h>
@@ -203,12 +204,13 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
                              (flags & CLONE_NEWNS) != 0 ? set_up_mounts(program) : '\0');
     }
     close(ends[1]);
-    if (child > 0)
-        network.complete_outside(child);
     char working = 0;
     ssize_t size = -1;
-    while (child > 0 && (size = read(ends[0], &working, 1)) < 0 && errno == EINTR)
-        continue;
+    if (child > 0) {
+        network.complete_outside(child);
+        await_word_of(child, ends[0]);
+        size = read(ends[0], &working, 1);
+    }
     if (child > 0 && size == 1 && (working & is_running) != 0) {
         started.process = child;
         started.report = ends[0];

@@ -13,11 +13,17 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/use_future.hpp>
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <utility>
 #include <variant>
 
@@ -54,6 +60,18 @@ asio::awaitable<Outcome> watch(Process& process, std::string text)
     co_return outcome;
 }
 
+/// Stops a process that the guard has just begun to make, as a rule before its first instruction.
+void stop_first_child(pid_t guard)
+{
+    auto const id = std::to_string(guard);
+    int const children = ::open(("/proc/" + id + "/task/" + id + "/children").c_str(), O_RDONLY);
+    std::array<char, 32> text{};
+    while (::pread(children, text.data(), text.size() - 1, 0) <= 0)
+        continue;
+    ::close(children);
+    BOOST_TEST_REQUIRE(::kill(std::atoi(text.data()), SIGSTOP) == 0);
+}
+
 struct Fixture
 {
     Fixture()
@@ -68,7 +86,8 @@ struct Fixture
     {
         auto outcome = asio::co_spawn(context, std::move(body), asio::use_future);
         context.restart();
-        context.run();
+        while (outcome.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+            context.run_one(); // guards may live on
         return outcome.get();
     }
 
@@ -163,6 +182,24 @@ BOOST_AUTO_TEST_CASE(a_guard_that_is_stopped_after_it_was_let_go_ends_all_the_sa
     context.restart();
     context.run(); // until the exit was reported
     BOOST_TEST(::kill(guard, 0) != 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_process_that_is_stopped_as_it_begins_ends_with_its_guard)
+{
+    auto const process = start_shell("sleep 600");
+    stop_first_child(process->id());
+    BOOST_TEST_REQUIRE(::kill(process->id(), SIGKILL) == 0);
+    // The end of the output comes when nobody has it open any more.
+    BOOST_TEST((run(watch(*process, "")).status == ExitStatus(SIGKILL, true)));
+}
+
+BOOST_AUTO_TEST_CASE(a_process_that_is_stopped_as_it_begins_does_not_keep_its_guard_from_hearing_us)
+{
+    spec.grace = std::chrono::milliseconds(100);
+    auto const process = start_shell("trap '' TERM; while :; do sleep 1; done");
+    stop_first_child(process->id());
+    process->terminate();
+    BOOST_TEST(run(watch(*process, "")).status.signalled);
 }
 
 BOOST_AUTO_TEST_CASE(how_a_program_ended_is_told_again_and_again)
