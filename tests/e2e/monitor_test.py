@@ -547,7 +547,7 @@ class Operator(unittest.TestCase):
             self.press("#operator")
             wait_until(lambda: self.texts("dialog"), "it asks for no token")
             self.type_token(TOKEN)
-            wait_until(lambda: self.texts("dialog .failure"), "it does not answer")
+            wait_until(lambda: any(self.texts("dialog .failure")), "it does not answer")
             self.assertIn("then use the machine's own address, or its command line", self.texts("dialog .failure")[0])
             self.assertEqual(self.texts("#operator"), ["Operator"])
 

@@ -261,7 +261,7 @@ class Contract:
             "read_through_server": victim(server.process.pid, configuration),
             "read_neighbour": neighbour, "write_neighbour": neighbour,
             "write_server_folder": os.path.join(path, "planted"), "write_instances": os.path.join(instances, "planted"),
-            "write_usr": "/usr/planted", "write_etc": "/etc/planted", "write_temporary": f"/tmp/planted_{os.getpid()}",
+            "write_usr": f"/usr/planted_{os.getpid()}", "write_etc": f"/etc/planted_{os.getpid()}", "write_temporary": f"/tmp/planted_{os.getpid()}",
             "see_processes": [victim(each) for each in (server.process.pid, guard, simulator, os.getpid())],
             "signal_server": victim(server.process.pid), "stop_neighbour": victim(simulator), "signal_neighbours_guard": victim(guard),
             "signal_own_guard": victim(own_guard), "trace_own_guard": victim(own_guard), "open_pidfd": victim(simulator),
