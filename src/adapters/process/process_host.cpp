@@ -1,6 +1,5 @@
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/threads/blocking_pool.hpp"
-#include "async/wakeup.hpp"
 #include "control_groups.hpp"
 #include "core/text.hpp"
 #include "listening_ports.hpp"
@@ -53,6 +52,38 @@ constexpr std::uint64_t process_reserve = 16; // so that who tries to have more 
 
 constexpr auto wake_interval = std::chrono::milliseconds(250);
 
+/// Repeatedly wakes (SIGCONT) a guard that was told to end: while somebody has it stopped (SIGSTOP), it would
+/// never read its standard input. A running guard is not affected.
+class WakeCalls : public std::enable_shared_from_this<WakeCalls>
+{
+public:
+    WakeCalls(asio::any_io_executor const& executor, pid_t guard) : timer_(executor), guard_(guard) {}
+
+    void start()
+    {
+        if (over_)
+            return;
+        ::kill(guard_, SIGCONT);
+        timer_.expires_after(wake_interval);
+        timer_.async_wait([self = shared_from_this()](boost::system::error_code const& error) {
+            if (!error)
+                self->start();
+        });
+    }
+
+    /// Once the guard has ended.
+    void stop()
+    {
+        over_ = true;
+        timer_.cancel();
+    }
+
+private:
+    asio::steady_timer timer_;
+    pid_t guard_;
+    bool over_ = false;
+};
+
 /// A group that is removed when its last user is gone, by which time no process should be in it.
 struct OwnGroup
 {
@@ -66,72 +97,13 @@ struct OwnGroup
     ControlGroups::Group group;
 };
 
-/// The guard of a program, which is waited for from its start on, whoever still holds the program.
-class RunningGuard : public std::enable_shared_from_this<RunningGuard>
+/// Waits for a guard whose owner has been destroyed, so that it leaves no zombie.
+asio::awaitable<void> await_end(process::process guard, std::shared_ptr<WakeCalls> wake_calls,
+                                std::shared_ptr<OwnGroup const>)
 {
-public:
-    explicit RunningGuard(process::process guard)
-        : guard_(std::move(guard)), id_(guard_.id()), wake_timer_(guard_.get_executor()),
-          ended_(guard_.get_executor())
-    {}
-
-    pid_t id() const noexcept { return id_; }
-
-    /// To be spawned once.
-    static asio::awaitable<void> watch(std::shared_ptr<RunningGuard> self)
-    {
-        (void)co_await self->guard_.async_wait(asio::as_tuple(asio::use_awaitable));
-        self->end();
-    }
-
-    /// Wakes it (SIGCONT) again and again, until it has ended: while somebody has it stopped (SIGSTOP), it
-    /// would never hear that it is to end. A running guard is not affected.
-    void wake()
-    {
-        if (status_)
-            return;
-        ::kill(id_, SIGCONT);
-        wake_timer_.expires_after(wake_interval);
-        wake_timer_.async_wait([self = shared_from_this()](boost::system::error_code const& error) {
-            if (!error)
-                self->wake();
-        });
-    }
-
-    /// Its end, as wait(2) tells it. Cancellation: terminal; then `operation_aborted`.
-    asio::awaitable<result<int>> wait()
-    {
-        if (!status_)
-            (void)co_await ended_.wait();
-        co_return status_ ? result<int>(*status_) : Failure(asio::error::operation_aborted);
-    }
-
-    /// Keeps the group until it has ended.
-    void keep(std::shared_ptr<OwnGroup const> group)
-    {
-        if (!status_)
-            group_ = std::move(group);
-    }
-
-private:
-    void end()
-    {
-        status_ = guard_.native_exit_code();
-        // Its children die with it, but for one that somebody has stopped before it could ask for that.
-        if (WIFSIGNALED(*status_))
-            ::kill(-id_, SIGKILL);
-        wake_timer_.cancel();
-        group_.reset();
-        ended_.notify();
-    }
-
-    process::process guard_;
-    pid_t id_;
-    asio::steady_timer wake_timer_;
-    async::Wakeup ended_;
-    std::shared_ptr<OwnGroup const> group_;
-    std::optional<int> status_;
-};
+    (void)co_await guard.async_wait(asio::as_tuple(asio::use_awaitable));
+    wake_calls->stop();
+}
 
 /// Threads that inspect processes in /proc: how long that takes depends on what the processes do.
 struct InspectionThreads
@@ -230,32 +202,34 @@ asio::awaitable<ProcessUsage> known_usage(ProcessUsage usage)
 class GuardedProcess final : public Process
 {
 public:
-    GuardedProcess(std::shared_ptr<RunningGuard> guard, adapters::FileDescriptor control,
-                   asio::readable_pipe output, std::shared_ptr<InspectionThreads> inspection,
-                   ProcessNetwork const& network, ProcessLimits const& limits,
-                   std::shared_ptr<OwnGroup const> group, std::shared_ptr<GraphicsTimes const> graphics)
+    GuardedProcess(process::process guard, adapters::FileDescriptor control, asio::readable_pipe output,
+                   std::shared_ptr<InspectionThreads> inspection, ProcessNetwork const& network,
+                   ProcessLimits const& limits, std::shared_ptr<OwnGroup const> group,
+                   std::shared_ptr<GraphicsTimes const> graphics)
         : guard_(std::move(guard)), control_(std::move(control)), output_(std::move(output)),
           inspection_(std::move(inspection)),
           relayed_port_(network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : network.port),
           broker_(network.broker.native()), group_(std::move(group)), graphics_(std::move(graphics)),
-          limits_(limits)
+          limits_(limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
     {}
 
     ~GuardedProcess() override
     {
         if (!status_) {
+            auto const executor = output_.get_executor();
             control_ = adapters::FileDescriptor(); // end-of-file: the guard kills the tree at once
-            guard_->keep(std::move(group_));
-            guard_->wake();
+            wake_calls_->start();
+            asio::co_spawn(executor, await_end(std::move(guard_), wake_calls_, std::move(group_)),
+                           asio::detached);
         }
     }
 
-    int id() const noexcept override { return guard_->id(); }
+    int id() const noexcept override { return guard_.id(); }
     asio::awaitable<result<ProcessEvent>> next_event() override;
     void terminate() noexcept override;
     asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
     {
-        FindPort work{guard_->id(), first, last, relayed_port_, broker_};
+        FindPort work{guard_.id(), first, last, relayed_port_, broker_};
         return find_port(inspection_, std::move(work));
     }
     asio::awaitable<ProcessUsage> usage() override
@@ -266,7 +240,7 @@ public:
 private:
     TakeUsage usage_to_take() const;
 
-    std::shared_ptr<RunningGuard> guard_;
+    process::process guard_;
     adapters::FileDescriptor control_;
     asio::readable_pipe output_;
     std::shared_ptr<InspectionThreads> inspection_;
@@ -276,6 +250,7 @@ private:
     std::shared_ptr<GraphicsTimes const> graphics_;
     ProcessLimits limits_;
     ProcessUsage refusals_; ///< Once it has ended.
+    std::shared_ptr<WakeCalls> wake_calls_;
     std::array<char, read_size> buffer_;
     std::optional<ExitStatus> status_;
 };
@@ -283,7 +258,7 @@ private:
 TakeUsage GuardedProcess::usage_to_take() const
 {
     TakeUsage work;
-    work.root = guard_->id();
+    work.root = guard_.id();
     // Lest more processes be overlooked than there may be.
     work.max_processes = std::max(default_max_processes, static_cast<std::size_t>(limits_.processes) + 1);
     work.enough_memory = limits_.memory > 0 ? limits_.memory : ~std::uint64_t{0};
@@ -309,16 +284,18 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
         boost::system::error_code ignored;
         output_.close(ignored);
     }
-    auto const status = co_await guard_->wait();
-    if (!status)
-        co_return status.error();
+    auto const [error, native] = co_await guard_.async_wait(asio::as_tuple(asio::use_awaitable));
+    if (error == asio::error::operation_aborted)
+        co_return Failure(error);
+    wake_calls_->stop();
     if (group_) { // not cancellable: the end is reported with its reason
         co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
         TakeRefusals work{std::exchange(group_, nullptr)};
         refusals_ = co_await inspection_->limits.run(std::move(work));
     }
+    int const status = guard_.native_exit_code();
     status_ =
-        WIFSIGNALED(*status) ? ExitStatus(WTERMSIG(*status), true) : ExitStatus(WEXITSTATUS(*status), false);
+        WIFSIGNALED(status) ? ExitStatus(WTERMSIG(status), true) : ExitStatus(WEXITSTATUS(status), false);
     co_return ProcessEvent(*status_);
 }
 
@@ -328,7 +305,7 @@ void GuardedProcess::terminate() noexcept
         return;
     ::send(control_.get(), "T", 1,
            MSG_NOSIGNAL | MSG_DONTWAIT); // a full socket already has such bytes in it
-    guard_->wake();
+    wake_calls_->start();
 }
 
 /// A bound port that refuses connections.
@@ -530,8 +507,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         co_return Failure(errc::start_failed,
                           concat(spec.argv.front(), " can't be started: ",
                                  std::error_code(failure, std::generic_category()).message()));
-    auto guard = std::make_shared<RunningGuard>(process::process(executor_, id));
-    asio::co_spawn(executor_, RunningGuard::watch(guard), asio::detached);
+    process::process guard(executor_, id);
     co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(control), std::move(output),
                                                inspection_, spec.network, spec.limits, std::move(group),
                                                graphics_);
