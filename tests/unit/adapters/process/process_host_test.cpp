@@ -63,6 +63,7 @@ void stop_first_child(pid_t guard)
 {
     auto const id = std::to_string(guard);
     int const children = ::open(("/proc/" + id + "/task/" + id + "/children").c_str(), O_RDONLY);
+    BOOST_TEST_REQUIRE(children >= 0);
     std::array<char, 32> text{};
     while (::pread(children, text.data(), text.size() - 1, 0) <= 0)
         continue;
