@@ -489,6 +489,13 @@ public:
     /// Would place() find a machine now? What browsers see as 1 or 0. O(1).
     bool available(TimePoint now) const;
 
+    /// How many machines there are for each `Refusal`, `none` included. Unlike place(now), this counts
+    /// placements that no browser has claimed yet: machines that they fill are `full`, `memory` or
+    /// `committed`, as for those who can wait (`PlacementRequest::only_free`). O(1).
+    std::array<std::size_t, refusal_count> refusals(TimePoint now) const;
+    /// The same of one machine; `unknown` where it is not in the list. O(1).
+    Refusal refusal_of(std::string_view server, TimePoint now) const;
+
     /// Keeps so many of the free seats for place_held(), such as those of a class that is about to begin:
     /// while no more are free, place() fails. 0, as at first, holds nothing. Replaces what was held before:
     /// pass the sum over all classes, less those students who were placed and are still there. More than is

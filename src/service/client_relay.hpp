@@ -10,7 +10,9 @@
 #include "core/relay/machine_conversation.hpp"
 #include "core/relay/machine_faults.hpp"
 #include "core/relay/machine_questions.hpp"
+#include "core/site_state.hpp"
 #include "core/waiting/wait_estimate.hpp"
+#include "core/waiting/waiting_messages.hpp"
 #include "core/waiting/waiting_room.hpp"
 #include "core/waiting/waiting_ticket.hpp"
 
@@ -69,6 +71,10 @@ struct ClientRelayHooks
         take_seat;
     /// Where a browser that called us `host` reaches a machine that is below this server; empty: others.
     std::function<std::string(std::string_view entry, std::string_view host)> public_address;
+    /// What the site were if nobody waited.
+    std::function<core::SiteState()> supply;
+    /// Somebody has come to the line, or left it.
+    std::function<void()> note_line;
     /// What students of one class have in common; empty: there is no such student.
     std::function<std::string(std::string_view student)> class_of;
 };
@@ -89,6 +95,8 @@ public:
     void put(ServerSpec const& server);
     /// It has left the list.
     void remove(std::string_view entry);
+
+    std::size_t waiting() const noexcept { return room_.size(); }
 
     /// Whether who comes now is served or may wait.
     bool takes_more(TimePoint now) const;
@@ -160,8 +168,9 @@ private:
     bool must_fit(Browser const& browser, TimePoint now) const noexcept;
     bool is_known_to_be_too_large(Browser const& browser, TimePoint now) const;
     void set_wants_room(Browser& browser, bool wants);
-    std::optional<core::WaitRange> expected_wait(Browser const& browser, std::size_t ahead,
-                                                 TimePoint now) const;
+    std::optional<core::WaitRange> expected_wait(Browser const& browser, core::WaitReason why,
+                                                 std::size_t ahead, TimePoint now) const;
+    void note_supply();
     void claim_ticket(Browser& browser);
     void give_ticket(Browser& browser, TimePoint now);
     void note_change();
@@ -214,8 +223,9 @@ private:
     std::unordered_map<std::string, std::size_t> held_; ///< Seats, by group.
     std::optional<async::TaskGroup> tasks_;
     std::optional<async::Wakeup> line_changed_;
-    std::size_t kept_ = 0;      ///< Bytes of the requests of those who wait.
-    std::size_t want_room_ = 0; ///< Of those who wait.
+    std::size_t kept_ = 0;                              ///< Bytes of the requests of those who wait.
+    std::size_t want_room_ = 0;                         ///< Of those who wait.
+    core::SiteState supply_ = core::SiteState::unknown; ///< As those who wait were told.
     /// What no free machine had room for, as a digest of world and mode with the wishes of whoever asked, and
     /// until when it is not tried again.
     std::map<std::pair<std::uint64_t, std::vector<std::string>>, TimePoint> too_large_;

@@ -6,7 +6,6 @@
 #include "core/prefetch.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
-#include "core/waiting/waiting_messages.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -94,8 +93,10 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     }
     kept_ += browser.request.size();
     browser.told = TimePoint::min();
+    note_supply();
     tell_place(browser, room_.ahead_of(browser), now);
     note_change();
+    hooks_.note_line();
     return true;
 }
 
@@ -107,6 +108,7 @@ bool ClientRelay::leave_line(Browser& browser)
     set_wants_room(browser, false);
     kept_ -= browser.request.size();
     note_change();
+    hooks_.note_line();
     return true;
 }
 
@@ -149,12 +151,14 @@ void ClientRelay::set_wants_room(Browser& browser, bool wants)
     note_change();
 }
 
-/// Who wants room waits for a limited time.
-std::optional<core::WaitRange> ClientRelay::expected_wait(Browser const& browser, std::size_t ahead,
-                                                          TimePoint now) const
+/// Who wants room waits for a limited time; how long machines stay away or busy, nobody knows.
+std::optional<core::WaitRange> ClientRelay::expected_wait(Browser const& browser, core::WaitReason why,
+                                                          std::size_t ahead, TimePoint now) const
 {
-    if (!browser.wants_room)
+    if (core::ends_with_a_session(why))
         return estimate_.expect(ahead, now);
+    if (why != core::WaitReason::room)
+        return std::nullopt;
     core::WaitRange range;
     range.most = std::max(browser.waits_since + relay::longest_wait_for_room - now, between_tries);
     return range;
@@ -276,6 +280,14 @@ asio::awaitable<result<>> ClientRelay::run()
     }
 }
 
+/// What keeps everybody waiting may be something else now.
+void ClientRelay::note_supply()
+{
+    auto const supply = hooks_.supply();
+    has_changed_ = has_changed_ || supply != supply_;
+    supply_ = supply;
+}
+
 void ClientRelay::note_change()
 {
     has_changed_ = true;
@@ -333,6 +345,7 @@ void ClientRelay::look_for_freed_seats(TimePoint now)
 asio::awaitable<void> ClientRelay::tell_places()
 {
     auto const now = clock_.now();
+    note_supply();
     if (now - (has_changed_ ? told_ : looked_) < between_tellings)
         co_return;
     looked_ = now;
@@ -362,12 +375,15 @@ void ClientRelay::tell_part(std::size_t first, std::size_t end, TimePoint now)
 /// Unless the browser knows it.
 void ClientRelay::tell_place(Browser& browser, std::size_t ahead, TimePoint now)
 {
-    bool const is_news = ahead != browser.told_ahead || browser.told == TimePoint::min();
+    auto const why = core::wait_reason(supply_, browser.wants_room, browser.refusals != nullptr);
+    bool const is_news =
+        ahead != browser.told_ahead || why != browser.told_why || browser.told == TimePoint::min();
     if (!is_news && now - browser.told < longest_silence)
         return;
     browser.told = now;
     browser.told_ahead = ahead;
-    core::PlaceInLine const place{ahead, expected_wait(browser, ahead, now), browser.wants_room};
+    browser.told_why = why;
+    core::PlaceInLine const place{ahead, expected_wait(browser, why, ahead, now), why};
     if (browser.options.shows_waiting) {
         give_ticket(browser, now);
         (void)browser.channel.send(core::waiting_message(place));

@@ -15,6 +15,7 @@
 #include "core/placement/drained_machines.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/simulation/public_base.hpp"
+#include "core/site_state.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 #include "machine_metrics.hpp"
@@ -104,9 +105,10 @@ struct SessionService::Impl
     asio::awaitable<result<>> carry_reports();
     asio::awaitable<result<>> check_availability();
     asio::awaitable<void> say_place(std::string text, Channel& channel);
-    asio::awaitable<void> show_availability(std::string name, std::string client, Channel& channel);
+    asio::awaitable<void> show_availability(std::string name, ChannelInfo info, Channel& channel);
     void take(LoadEvent const& event);
     void update_availability(TimePoint now);
+    core::SiteState site_state(std::size_t waiting) const;
     bool may_ask(std::string_view quota_key, TimePoint now);
     std::string address_of(std::string_view server, std::string_view host) const;
     std::string machine_address(std::string_view server, std::string_view host);
@@ -163,7 +165,9 @@ struct SessionService::Impl
     WallTime started;
     placement::DrainedMachines machines;
     bool available = false;
-    std::unordered_set<Channel*> browsers; // those that watch availability
+    core::SiteState state = core::SiteState::unknown;
+    std::unordered_set<Channel*> browsers;       // those that watch availability,
+    std::unordered_set<Channel*> state_browsers; // and that ask for the state of the site instead
     core::SessionBoard board;
     MonitorFeed feed; // to those that watch the monitor page
     core::TimedPage monitor_html;
@@ -355,6 +359,8 @@ ClientRelayHooks SessionService::Impl::relay_hooks()
         classes.take_seat(student, seat, student_machine(entry, host), clock.now());
     };
     of_relay.public_address = std::bind_front(&Impl::public_address, this);
+    of_relay.supply = [this] { return site_state(0); };
+    of_relay.note_line = [this] { update_availability(clock.now()); };
     of_relay.class_of = [this](std::string_view student) { return classes.class_of(student); };
     return of_relay;
 }
@@ -378,8 +384,28 @@ void SessionService::Impl::take(LoadEvent const& event)
         log.info(transition_line(event));
 }
 
+/// `waiting`: in the line.
+core::SiteState SessionService::Impl::site_state(std::size_t waiting) const
+{
+    auto const now = clock.now();
+    core::SiteFacts facts;
+    facts.machines = scheduler.refusals(now);
+    facts.is_available = scheduler.available(now);
+    facts.can_wait = params.relay && params.waiting_places > 0;
+    facts.waiting = waiting;
+    // Of thousands of machines counting takes long; while one has reported, there is mostly no need.
+    auto const unheard = facts.machines[static_cast<std::size_t>(Refusal::unknown)];
+    facts.is_awaited = unheard > 0 && !facts.is_available && monitor.totals().unknown > 0;
+    return core::site_state(facts);
+}
+
 void SessionService::Impl::update_availability(TimePoint now)
 {
+    if (auto const now_state = site_state(relay.waiting()); now_state != state) {
+        state = now_state;
+        for (auto* const browser : state_browsers)
+            (void)browser->send(std::string(core::word_of(state)));
+    }
     bool const now_available = scheduler.available(now);
     if (now_available == available)
         return;
@@ -763,7 +789,11 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
         .add(static_cast<double>(servers.unknown), {{"state", "unknown"}});
     text.family(core::metric("servers_drained")).add(static_cast<double>(machines.count()));
     text.family(core::metric("available")).add(available ? 1 : 0);
-    text.family(core::metric("availability_watchers")).add(static_cast<double>(browsers.size()));
+    text.family(core::metric("site_state"));
+    for (auto const each : core::all_site_states)
+        text.add(each == state ? 1 : 0, {{"state", core::word_of(each)}});
+    text.family(core::metric("availability_watchers"))
+        .add(static_cast<double>(browsers.size() + state_browsers.size()));
     text.family(core::metric("placements_total"))
         .add(static_cast<double>(placed), {{"result", "placed"}})
         .add(static_cast<double>(refused), {{"result", "refused"}})
@@ -896,7 +926,7 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
         return impl_->classes.serve(std::move(info), channel);
     auto name = concat("[", core::printable(info.host, 100), "] ");
     impl_->log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
-    return impl_->show_availability(std::move(name), std::move(info.client), channel);
+    return impl_->show_availability(std::move(name), std::move(info), channel);
 }
 
 asio::awaitable<void> SessionService::Impl::say_place(std::string text, Channel& channel)
@@ -906,12 +936,15 @@ asio::awaitable<void> SessionService::Impl::say_place(std::string text, Channel&
     co_return;
 }
 
-/// `name` and `client`: of the browser, for the log.
-asio::awaitable<void> SessionService::Impl::show_availability(std::string name, std::string client,
+/// `name`: of the browser, for the log.
+asio::awaitable<void> SessionService::Impl::show_availability(std::string name, ChannelInfo info,
                                                               Channel& channel)
 {
-    browsers.insert(&channel);
-    (void)channel.send(available ? "1" : "0");
+    bool const wants_state = info.query == "state";
+    auto const client = std::move(info.client);
+    auto& watchers = wants_state ? state_browsers : browsers;
+    watchers.insert(&channel);
+    (void)channel.send(wants_state ? std::string(core::word_of(state)) : available ? "1" : "0");
     for (;;) {
         auto const message = co_await channel.receive();
         if (!message)
@@ -919,7 +952,7 @@ asio::awaitable<void> SessionService::Impl::show_availability(std::string name, 
         log.info(LogCause("message", client),
                  concat(name, "Ignored client message: ", core::printable(*message)));
     }
-    browsers.erase(&channel);
+    watchers.erase(&channel);
     log.info(LogCause("client"), concat(name, "Client disconnected"));
 }
 

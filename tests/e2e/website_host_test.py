@@ -141,9 +141,10 @@ class SecondDiagram(unittest.TestCase):
             # C->>W: Load web page; W-->>C: Return web page content
             page = Page(browser, website)
             page.await_text("project", "Robots in an arena")
-            # W->>SE: Check server availability (the page asks); SE-->>W: 0 or 1
+            # W->>SE: Check server availability (the page asks); SE-->>W: 0 or 1, and to pages that ask for it the word
             page.await_text("availability", "A machine is free.")
-            self.assertEqual(page.wire("heard")[0], ["heard", f"ws://localhost:{self.session.port}/", "1"])
+            self.assertEqual(page.wire("heard")[0], ["heard", f"ws://localhost:{self.session.port}/?state", "free"])
+            self.assertEqual(self.session.get("/"), "1")
 
             # Who has not signed in can't: the user does.
             for name, value in (("email", ADA["email"]), ("password", ADA["password"])):

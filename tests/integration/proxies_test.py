@@ -180,7 +180,7 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
             for folder in ("", f"/{site.session.port}"):
                 browser.get(f"https://localhost:{site.port}{folder}/viewer/")
                 light = browser.find_element("id", "light-text")
-                wait_until(lambda: light.text == "A machine is available", lambda: f"{folder}/viewer/ says: {light.text}")
+                wait_until(lambda: light.text == "A machine is free.", lambda: f"{folder}/viewer/ says: {light.text}")
 
 
 class OurConfiguration:

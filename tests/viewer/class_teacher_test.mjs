@@ -286,6 +286,16 @@ test('seats are changed; a class is closed, and nothing is kept', async (t) => {
   assert.equal(await waitForSaid('seats'), 20);
   await tell({ reserved: 20 });
   await says(page, '#reserved', 'All 20 seats');
+  await cloud.call('set_available', 'busy');
+  for (const id of [11, 12, 13])
+    await tell({ student: student(id, `Student ${id}`, { state: 'waiting' }) });
+  await says(page, '#reserved', 'Students who wait: 3. The machines are busy: a start may have to wait.');
+  assert.doesNotMatch(await page.textContent('#reserved'), /All 20 seats/); // true, but not why they wait
+  await cloud.call('set_available', 'full');
+  await says(page, '#reserved', 'Students who wait: 3. Every seat is taken.');
+  for (const id of [11, 12, 13])
+    await tell({ student: student(id, `Student ${id}`, { state: 'running' }) });
+  await says(page, '#reserved', 'All 20 seats');
   await says(page, '.foot', 'Nothing about students is stored');
   await page.click('#close-class');
   await answer(page, false);

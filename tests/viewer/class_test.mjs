@@ -163,6 +163,10 @@ test('when every seat is taken it waits, and starts by itself when one is free',
   const page = await join(t, PHONE);
   await state(page, 'waiting');
   await says(page, '#waiting', 'starts by itself');
+  for (const [site, text] of [['full', 'Every seat is taken.'], ['busy', 'The machines are busy'], ['down', 'No machine is running.']]) {
+    await cloud.call('set_available', site);
+    await says(page, '#waiting-why', text);
+  }
   await waitForSaid('state', (each) => each.state === 'waiting');
   await clean(page, 'waiting');
   assert.equal(await page.isVisible('#simulation'), false);
@@ -190,6 +194,11 @@ test('where the session server keeps a line, it waits there as a student of the 
   assert.match(await page.title(), /^No\. 4 in line – /);
   assert.equal(await page.isVisible('#simulation'), false);
   await clean(page, 'in line');
+  await says(page, '#waiting-why', 'Every seat is taken.');
+  await cloud.call('move', 2, '-', '- busy'); // then that would not be true
+  await says(page, '#place', 'You are number 3 in line. The machines are busy: a start may have to wait.');
+  assert.equal(await page.textContent('#waiting-why'), '');
+  await cloud.set('place', [3, 60, 240]);
   await page.reload();
   await says(page, '#place', 'You are number 4 in line.');
   assert.equal(JSON.parse((await cloud.get('started'))[1]).start.waitingTicket, 'ticket-1');

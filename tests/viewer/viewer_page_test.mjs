@@ -196,7 +196,7 @@ test('the language is that of the browser, or the one that was chosen, which is 
   assert.equal(await page.getAttribute('html', 'lang'), 'de');
   await page.selectOption('#language', 'fr');
   await page.waitForFunction(() => document.getElementById('start').textContent === 'Lancer la simulation');
-  assert.equal(await page.textContent('#light-text'), 'Une machine est disponible');
+  assert.equal(await page.textContent('#light-text'), 'Une machine est libre.');
   assert.equal(await page.textContent('#status'), 'Tout est prêt.');
   await page.reload();
   await page.waitForSelector('html[lang="fr"]');

@@ -88,10 +88,10 @@ class Availability(ViewerTest):
     def test_the_light_follows_the_session_server(self):
         self.open_page()
         self.assertEqual(self.data()["availability"], "available")
-        self.assertIn("available", self.text("light"))
+        self.assertEqual(self.text("light"), "A machine is free.")
         self.cloud.set_available("0")
         self.wait(lambda: self.data()["availability"] == "full", "a full light")
-        self.assertEqual(self.text("light"), "No machine is free")  # true also when every machine is down
+        self.assertEqual(self.text("light"), "No machine is free.")  # true also when every machine is down
 
     def test_the_light_comes_back_after_the_session_server_was_away(self):
         self.open_page()
@@ -288,7 +288,7 @@ class BrokenConnections(ViewerTest):
     def test_a_broken_lease_returns_to_its_simulation_with_the_token(self):
         self.run_lasting_simulation()
         self.cloud.drop("simulation")
-        self.wait_text("status", "Returning to the simulation")
+        self.wait_text("status", "Trying to return to the simulation")
         self.wait(lambda: self.RETURN in self.cloud.started, "the return")
         self.wait_text("status", "The simulation is running.")
         self.assertEqual(self.data()["state"], "running")

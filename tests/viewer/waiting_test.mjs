@@ -12,6 +12,7 @@ const hide = (page, hidden) => page.evaluate((value) => {
   Object.defineProperty(document, 'hidden', { value, configurable: true });
   document.dispatchEvent(new Event('visibilitychange'));
 }, hidden);
+const lamp = (page, text) => page.waitForFunction((wanted) => document.getElementById('light-text').textContent === wanted, text);
 const starts = async () => (await cloud.get('started')).map((text) => JSON.parse(text));
 
 // A page whose machines are all busy, and where one may wait.
@@ -19,7 +20,7 @@ async function openBusy(t, options) {
   await cloud.set('defaults', { waiting: true });
   await cloud.set('relays', true);
   await cloud.set('place', [3, '-', '-']);
-  await cloud.call('set_available', '0');
+  await cloud.call('set_available', 'full');
   return openViewer(t, options);
 }
 
@@ -32,7 +33,7 @@ async function waitInLine(t, options) {
 
 test('where one may wait, the lamp says so, and a start waits', async (t) => {
   const page = await openBusy(t);
-  await page.waitForFunction(() => document.getElementById('light-text').textContent === 'All machines are busy: you can wait in line.');
+  await lamp(page, 'Every seat is taken. You can wait in line.');
   assert.ok(await page.isEnabled('#start'));
   await page.click('#start');
   await status(page, 'You are number 4 in line. How long it takes is not known yet.');
@@ -48,7 +49,44 @@ test('the lamp of another session server, and of one without a line, says that n
   await page.waitForSelector('body:not([data-room])');
   await cloud.set('defaults', {});
   const plain = await openViewer(t);
-  assert.equal(await plain.textContent('#light-text'), 'No machine is free');
+  assert.equal(await plain.textContent('#light-text'), 'Every seat is taken.');
+});
+
+// The table "What a site is" of docs/visitors.md, and what servers say that are not ours.
+const SITES = {
+  free: ['available', 'A machine is free.'],
+  busy: ['full', 'The machines are busy: a start may have to wait. You can wait in line.'],
+  full: ['full', 'Every seat is taken. You can wait in line.'],
+  draining: ['full', 'No machine takes new simulations at the moment.'],
+  down: ['full', 'No machine is running.'],
+  unknown: ['unknown', 'It is not known whether a machine is free.'],
+  1: ['available', 'A machine is free.'],
+  0: ['full', 'No machine is free. You can wait in line.'],
+};
+
+test('the lamp says what the site is, and a place in the line says the same', async (t) => {
+  const page = await openBusy(t);
+  await page.waitForSelector('body[data-room]');
+  for (const [site, [availability, text]] of Object.entries(SITES)) {
+    await cloud.call('set_available', site);
+    await lamp(page, text);
+    assert.equal(await page.getAttribute('body', 'data-availability'), availability, site);
+  }
+  await page.click('#start');
+  await state(page, 'waiting');
+  const places = {
+    room: 'You are number 3 in line. The free machines are too busy for this world.',
+    busy: 'You are number 3 in line. The machines are busy: a start may have to wait.',
+    suitable: 'You are number 3 in line. No machine that can run this world is free.',
+    draining: 'You are number 3 in line. No machine takes new simulations at the moment.',
+    down: 'You are number 3 in line. No machine is running. Please tell the operator of this site.',
+  };
+  for (const [why, text] of Object.entries(places)) {
+    await cloud.call('move', 2, '-', `- ${why}`);
+    await status(page, text);
+    await cloud.call('set_available', why === 'room' || why === 'suitable' ? 'busy' : why);
+    await page.waitForSelector('body:not([data-availability="available"])');
+  }
 });
 
 test('place and estimate are told, and the simulation starts by itself', async (t) => {

@@ -96,7 +96,7 @@ class Cloud {
     const url = new URL(socket.url());
     if (['/2000/client', '/client'].includes(url.pathname))
       return this.#takeLease(socket);
-    if (url.href === `${OWN}/`) {
+    if (url.href === `${OWN}/?state`) {
       this.watchers.push(socket);
       return socket.send(this.available);
     }
@@ -489,7 +489,7 @@ describe('The line of the session server', () => {
 
   test('is shown and told, and the simulation starts by itself', async () => {
     await waitInLine();
-    const place = { text: 'You are number 4 in line. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240, wantsRoom: false };
+    const place = { text: 'You are number 4 in line. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240, why: '', wantsRoom: false };
     assert.deepEqual((await told('onprogress')).at(-1), [place]);
     await page.locator('.message .text', { hasText: place.text }).waitFor();
     await page.locator('.message', { hasText: 'starts by itself' }).waitFor();
@@ -523,6 +523,11 @@ describe('The line of the session server', () => {
     await state('failed');
     await until(() => cloud.watchers.length === 1, 'who watches the machines');
     assert.equal(await button('Start simulation').count(), 0);
+    const why = { busy: 'The machines are busy: a start may have to wait.', full: 'Every seat is taken.', draining: 'No machine takes new simulations at the moment.', down: 'No machine is running.' };
+    for (const [site, text] of Object.entries(why)) {
+      cloud.watchers[0].send(site);
+      await page.locator('.message.problem .text', { hasText: `${text} This page says when there is one.` }).waitFor();
+    }
     cloud.session = MACHINE;
     cloud.watchers[0].send('1');
     await page.locator('.message:not(.problem) .text', { hasText: 'A machine is free now.' }).waitFor();

@@ -49,15 +49,15 @@ async function getSite() {
   return response.json();
 }
 
-const AVAILABILITY = { available: 'A machine is free.', full: 'All machines are busy.', unknown: 'The session server does not answer.' };
-
 // The class that shows simulations comes from the session server.
 async function loadView() {
   const folder = `${site.sessionServer.replace(/^ws/, 'http')}/view`;
   try {
-    const [{ View }, { Availability }] = await Promise.all([import(`${folder}/webots_view.js`), import(`${folder}/availability.js`)]);
+    const modules = ['webots_view.js', 'availability.js', 'texts.js'].map((name) => import(`${folder}/${name}`));
+    const [{ View }, { Availability, siteText }, { loadTexts }] = await Promise.all(modules);
+    await loadTexts();
     view = new View(element('view'), matchMedia('(pointer: coarse)').matches);
-    const show = (state) => element('availability').textContent = AVAILABILITY[state];
+    const show = (_, state) => element('availability').textContent = siteText(state);
     new Availability(show).follow(`${site.sessionServer}/`);
   } catch (error) {
     throw new Error(`The session server at ${folder} can not be reached. Please try again later.`, { cause: error });

@@ -59,6 +59,7 @@ inline constexpr auto all_metrics = [] {
         {"servers", gauge, session, "state", "", "Simulation servers by what their last poll said."},
         {"servers_drained", gauge, session, "", "", "Simulation servers that the operator has drained here."},
         {"available", gauge, session, "", "", "1 while a simulation server would take a session."},
+        {"site_state", gauge, session, "state", "", "1 for what the site is for somebody who comes now; 0 for the other states."},
         {"availability_watchers", gauge, session, "", "", "Browsers that are told about availability."},
         {"placements_total", counter, session, "result", "", "Requests for a simulation server."},
         {"polls_total", counter, session, "result", "", "Polls of simulation servers."},

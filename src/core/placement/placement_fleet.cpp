@@ -42,6 +42,7 @@ void Fleet::add(ServerSpec const& spec, std::string_view name, std::list<Machine
     by_slot_.push_back(machine);
     places_.emplace_back();
     ++refused_[static_cast<std::size_t>(Refusal::unknown)];
+    ++obstacles_[static_cast<std::size_t>(Refusal::unknown)];
     usable_.reserve(by_slot_.capacity());
     by_score_.grow(by_slot_.size());
     by_load_.grow(by_slot_.size());
@@ -57,6 +58,7 @@ void Fleet::remove(std::string_view server)
     std::uint32_t const slot = found->second;
     remember(*by_slot_[slot]);
     --refused_[static_cast<std::size_t>(places_[slot].counted)];
+    --obstacles_[static_cast<std::size_t>(places_[slot].obstacle)];
     free_seats_ -= places_[slot].seats;
     if (places_[slot].position != nowhere)
         withdraw(slot);
@@ -141,6 +143,7 @@ void Fleet::rebuild()
     free_seats_ = 0;
     refused_.fill(0);
     refused_[static_cast<std::size_t>(Refusal::unknown)] = by_slot_.size();
+    obstacles_ = refused_;
     oldest_ = newest_ = nowhere;
 
     std::vector<std::uint32_t> by_age;
@@ -219,6 +222,12 @@ std::uint64_t Fleet::placed(std::string_view server) const
     return before == departed_by_name_.end() ? 0 : before->second->placed;
 }
 
+Refusal Fleet::obstacle_of(std::string_view server) const noexcept
+{
+    auto const found = slots_.find(server);
+    return found == slots_.end() ? Refusal::unknown : by_slot_[found->second]->obstacle();
+}
+
 void Fleet::expire(TimePoint now) noexcept
 {
     if (params_.report_lifetime == Duration::zero())
@@ -257,6 +266,8 @@ void Fleet::assess(std::size_t slot, TimePoint now) noexcept
     --refused_[static_cast<std::size_t>(counted)];
     counted = refusal;
     ++refused_[static_cast<std::size_t>(counted)];
+    --obstacles_[static_cast<std::size_t>(std::exchange(places_[slot].obstacle, machine.obstacle()))];
+    ++obstacles_[static_cast<std::size_t>(machine.obstacle())];
     if (refusal == Refusal::none) {
         bool const roomy = !machine.view().overcommitted;
         offer(number, roomy);

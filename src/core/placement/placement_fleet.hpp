@@ -46,6 +46,9 @@ public:
     /// In the order of the list.
     std::list<Machine> const& machines() const noexcept { return machines_; }
     std::array<std::size_t, refusal_count> const& refused() const noexcept { return refused_; }
+    /// The same by Machine::obstacle().
+    std::array<std::size_t, refusal_count> const& obstacles() const noexcept { return obstacles_; }
+    Refusal obstacle_of(std::string_view server) const noexcept;
     /// How many more sessions those offered have room for.
     std::size_t free_seats() const noexcept { return free_seats_; }
     /// Of a session of that world, relative to the average one.
@@ -81,6 +84,7 @@ private:
         std::uint32_t newer = nowhere;
         std::uint32_t seats = 0; ///< Its part of `free_seats_`.
         Refusal counted = Refusal::unknown;
+        Refusal obstacle = Refusal::unknown; ///< As counted, too.
     };
 
     /// A server that left the list, and may come back.
@@ -117,6 +121,7 @@ private:
     TournamentTree by_score_;
     TournamentTree by_load_;
     std::array<std::size_t, refusal_count> refused_{};
+    std::array<std::size_t, refusal_count> obstacles_{};
     std::size_t free_seats_ = 0;
     std::uint32_t oldest_ = nowhere;
     std::uint32_t newest_ = nowhere;

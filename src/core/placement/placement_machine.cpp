@@ -422,13 +422,15 @@ bool Machine::lacks_room(ExpectedCost const& cost) const noexcept
     return cost.is_known && has_others && score(cost) * weight_ > all_of_it;
 }
 
-bool Machine::overcommitted(bool is_taught, SchedulerParams const& params) const noexcept
+/// What a session too many would miss there; `none`: there is room.
+Refusal Machine::filled_by_placements(bool is_taught, SchedulerParams const& params) const noexcept
 {
     if (last_.capacity && view_.sessions + view_.pending >= *last_.capacity)
-        return true;
+        return Refusal::full;
     if (last_.memory && memory_ >= params.memory_threshold)
-        return true;
-    return is_taught && view_.committed >= params.threshold && params.policy != reports_only;
+        return Refusal::memory;
+    bool const is_filled = is_taught && view_.committed >= params.threshold && params.policy != reports_only;
+    return is_filled ? Refusal::committed : Refusal::none;
 }
 
 /// A capacity is often generous, so what sessions are known to cost limits it; an assumed cost does not.
@@ -498,7 +500,9 @@ void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams cons
     bool const is_taught = lessons.cost.is_taught();
     view_.refusal = refusal(is_taught, params);
     memory_ = memory_with(unseen, sessions);
-    view_.overcommitted = overcommitted(is_taught, params);
+    auto const filled = filled_by_placements(is_taught, params);
+    view_.overcommitted = filled != Refusal::none;
+    obstacle_ = view_.refusal == Refusal::none ? filled : view_.refusal;
     free_seats_ = seats_left(is_taught, params);
 }
 

@@ -122,6 +122,8 @@ public:
     /// Computes `view()` anew from the state. Call after each of the above.
     void assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept;
     Candidate const& view() const noexcept { return view_; }
+    /// `view().refusal`, or what placements that no browser has claimed yet fill.
+    Refusal obstacle() const noexcept { return obstacle_; }
     /// `view().score`, for a session of which more is known.
     double score(ExpectedCost const& expected) const noexcept;
     /// By how much less than others it may be suited and still be chosen, because it has the project.
@@ -180,7 +182,7 @@ private:
     Evidence learn_by_placements(double load, TimePoint now) noexcept;
     Refusal refusal(bool is_taught, SchedulerParams const& params) const noexcept;
     double memory_with(KnownSessions const& known, double sessions) const noexcept;
-    bool overcommitted(bool is_taught, SchedulerParams const& params) const noexcept;
+    Refusal filled_by_placements(bool is_taught, SchedulerParams const& params) const noexcept;
     std::uint32_t seats_left(bool is_taught, SchedulerParams const& params) const noexcept;
     double readiness(TimePoint now, SchedulerParams const& params) const noexcept;
 
@@ -224,6 +226,7 @@ private:
 
     std::uint32_t turn_ = 0;
     Candidate view_;
+    Refusal obstacle_ = Refusal::unknown;
     std::uint32_t free_seats_ = 0;
 };
 

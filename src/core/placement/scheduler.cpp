@@ -406,6 +406,18 @@ bool Scheduler::available(TimePoint now) const
     return impl_->fleet.offered() != 0 && !impl_->all_held();
 }
 
+std::array<std::size_t, refusal_count> Scheduler::refusals(TimePoint now) const
+{
+    impl_->fleet.expire(now);
+    return impl_->fleet.obstacles();
+}
+
+Refusal Scheduler::refusal_of(std::string_view server, TimePoint now) const
+{
+    impl_->fleet.expire(now);
+    return impl_->fleet.obstacle_of(server);
+}
+
 void Scheduler::hold(std::size_t seats) noexcept
 {
     impl_->held = seats;

@@ -47,7 +47,52 @@ std::string wait_text(WaitRange const& wait)
                   same_unit ? number(least, in_seconds(least) ? 1s : 1min) : time_text(least), " to ", last);
 }
 
+struct ReasonText
+{
+    std::string_view word;   // behind a space
+    std::string_view clause; // of the sentence
+};
+
+ReasonText text_of(WaitReason why) noexcept
+{
+    switch (why) {
+    case WaitReason::seat:
+        break;
+    case WaitReason::room:
+        return {" room", ", and no free machine has enough power left for this world"};
+    case WaitReason::busy:
+        return {" busy", ", and the machines are too busy for another simulation"};
+    case WaitReason::suitable:
+        return {" suitable", ", and no machine that can run this world is free"};
+    case WaitReason::draining:
+        return {" draining", ", but no machine takes new simulations at the moment"};
+    case WaitReason::down:
+        return {" down", ", but no machine is running"};
+    }
+    return {};
+}
+
 } // namespace
+
+WaitReason wait_reason(SiteState supply, bool wants_room, bool is_choosy) noexcept
+{
+    if (wants_room)
+        return WaitReason::room;
+    switch (supply) {
+    case SiteState::free:
+        return is_choosy ? WaitReason::suitable : WaitReason::seat;
+    case SiteState::busy:
+        return WaitReason::busy;
+    case SiteState::draining:
+        return WaitReason::draining;
+    case SiteState::down:
+        return WaitReason::down;
+    case SiteState::full:
+    case SiteState::unknown:
+        break;
+    }
+    return WaitReason::seat;
+}
 
 std::string queue_message(std::size_t ahead)
 {
@@ -60,11 +105,9 @@ std::string waiting_sentence(PlaceInLine const& place)
     std::string_view const ahead = place.ahead == 0   ? "You are next"
                                    : place.ahead == 1 ? " is ahead of you"
                                                       : " are ahead of you";
-    std::string_view const why =
-        place.wants_room ? ", and no free machine has enough power left for this world" : "";
     auto const estimate = place.wait ? wait_text(*place.wait) : std::string();
     auto const wait = place.wait ? std::string_view(estimate) : no_estimate;
-    return concat("loading: ", number, ahead, why, "; ", wait, ".");
+    return concat("loading: ", number, ahead, text_of(place.why).clause, "; ", wait, ".");
 }
 
 std::string waiting_message(PlaceInLine const& place)
@@ -72,7 +115,7 @@ std::string waiting_message(PlaceInLine const& place)
     auto const seconds = [](Duration time) {
         return std::to_string(std::chrono::duration_cast<std::chrono::seconds>(time).count());
     };
-    auto const why = place.wants_room ? " room" : "";
+    auto const why = text_of(place.why).word;
     if (!place.wait)
         return concat("waiting: ", std::to_string(place.ahead), " - -", why);
     auto const [least, most] = rounded(*place.wait);

@@ -1,6 +1,6 @@
 // A student's part of the class page: a name, then a simulation, which the teacher sees small and may pause, reset or end. Touches the DOM.
 
-import { Availability } from './view/availability.js';
+import { Availability, siteText } from './view/availability.js';
 import { webToSocket } from './view/address.js';
 import { TabMemory } from './view/memory.js';
 import { say } from './view/texts.js';
@@ -23,7 +23,8 @@ export class Student {
   #memory = new TabMemory('webots.class');
   #view = new View(element('simulation'));
   #thumbnails = new Thumbnails(this.#view, (picture) => this.#socket?.send({ picture }));
-  #availability = new Availability((value) => value === 'available' && this.#hurry());
+  #availability = new Availability((value, state) => this.#takeSite(value, state));
+  #site = 'unknown'; // what the site is, where this page asks again and again
   #ticket = null;
   #began = false; // a simulation, at some time
   #waits = false; // for a seat, where nobody else keeps a line: this page asks again and again
@@ -80,6 +81,7 @@ export class Student {
     setText('where', this.#class === null ? this.#code : `${this.#code} · ${this.#class.name}`);
     setText('seat-status', this.#saidStatus());
     setText('place', this.#placeText);
+    setText('waiting-why', this.#waitingText);
     this.#sayTitle();
   }
 
@@ -195,6 +197,7 @@ export class Student {
       this.#voice.stop();
     setText('place', this.#placeText);
     element('place').hidden = !inLine;
+    setText('waiting-why', this.#waitingText);
     this.#sayTitle();
   }
 
@@ -229,6 +232,20 @@ export class Student {
     this.#report();
   }
 
+  #takeSite(value, state) {
+    this.#site = state;
+    this.#sayState();
+    if (value === 'available')
+      this.#hurry();
+  }
+
+  // In the line the place tells the reason, unless it is a seat.
+  get #waitingText() {
+    if (this.#place === null)
+      return ['free', 'unknown'].includes(this.#site) ? '' : siteText(this.#site);
+    return this.#place.why === '' ? siteText('full') : '';
+  }
+
   #hurry() {
     if (this.#waits && this.#view.state !== 'starting')
       this.#retryIn(Math.random() * SETTLING_MS);
@@ -258,6 +275,7 @@ export class Student {
   #sayState() {
     element('waiting').hidden = !this.#isWaiting;
     element('simulation').hidden = this.#isWaiting;
+    setText('waiting-why', this.#waitingText);
     this.#sayTitle();
     document.body.dataset.state = this.#state;
     this.#saidStatus = () => {

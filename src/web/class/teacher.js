@@ -1,6 +1,7 @@
 // The teacher's part of the class page: opens a class, has the project fetched, shows how to come in, and the wall. Touches the DOM.
 
-import { parseAddress } from './view/address.js';
+import { parseAddress, webToSocket } from './view/address.js';
+import { Availability, siteText } from './view/availability.js';
 import { TabMemory } from './view/memory.js';
 import { Scene } from './view/scene.js';
 import { say } from './view/texts.js';
@@ -27,6 +28,11 @@ export class Teacher {
   #wall = new Wall((action, student) => this.#act(action, student));
   #look = new Look((action, student) => this.#act(action, student), () => this.#backToWall());
   #saidProblem = () => '';
+  #site = 'unknown'; // what the site is: why students wait
+  #availability = new Availability((_, state) => {
+    this.#site = state;
+    this.#sayClass();
+  });
 
   constructor() {
     prepareInvitation();
@@ -159,6 +165,7 @@ export class Teacher {
       this.#prepare();
     if (isNew) {
       rememberWorld(opened.world);
+      this.#availability.follow(webToSocket(ownServer));
       show('lesson');
     }
     this.#sayClass();
@@ -228,6 +235,7 @@ export class Teacher {
     for (const button of element('for-all').querySelectorAll('button'))
       button.disabled = students.length === 0;
     this.#noteTimes(students);
+    this.#sayClass();
     this.#socket?.expect(this.#watches && students.some((student) => this.#goesOn(student)) ? SILENT_MS : 0);
     this.#saySummary();
     this.#look.follow(students);
@@ -252,11 +260,20 @@ export class Teacher {
   }
 
   #sayClass() {
+    if (this.#class === null)
+      return;
     const { code, world, seats, reserved } = this.#class;
     invite(code);
     setText('where', code);
     setText('class-world', world);
-    setText('reserved', reserved >= seats ? say('class.reservedAll', { seats }) : say('class.reserved', { seats, reserved }));
+    const waiting = this.#wall.students.filter(({ state }) => state === 'waiting').length;
+    setText('reserved', waiting > 0 ? this.#waitingText(waiting) : reserved >= seats ? say('class.reservedAll', { seats }) : say('class.reserved', { seats, reserved }));
+  }
+
+  // Seats may be reserved, and somebody waits all the same: then why is what counts.
+  #waitingText(waiting) {
+    const why = ['free', 'unknown'].includes(this.#site) ? '' : siteText(this.#site);
+    return say('class.waitingStudents', { waiting, why }).trim();
   }
 
   async #act(action, student) {
@@ -341,6 +358,7 @@ export class Teacher {
     this.#memory.forget();
     this.#socket?.close();
     this.#socket = this.#class = null;
+    this.#availability.follow(null);
     this.#fetching?.stop();
     this.#look.close();
     this.#wall.set([]);

@@ -1,7 +1,33 @@
-// Follows a session server's availability socket: "1" (a machine is free) or "0" (none is, or none answers). No DOM.
+// Follows a session server's availability socket: what its site is for somebody who comes now. Ours say it in a word, as "busy";
+// others only "1" (a machine is free) or "0" (none is, or none answers). No DOM.
+
+import { say } from './texts.js';
 
 const FIRST_DELAY_MS = 500;
 const LONGEST_DELAY_MS = 30000;
+const STATES = { 1: 'free', 0: 'none', free: 'free', busy: 'busy', full: 'full', draining: 'draining', down: 'down' };
+
+// The same words wherever people read it. `state`: free | busy | full | draining | down | none | unknown.
+export function siteText(state) {
+  switch (state) {
+    case 'free': return say('site.free');
+    case 'busy': return say('site.busy');
+    case 'full': return say('site.full');
+    case 'draining': return say('site.draining');
+    case 'down': return say('site.down');
+    case 'none': return say('site.none');
+    default: return say('site.unknown');
+  }
+}
+
+// In short: only who finds a free machine is served at once.
+function shortOf(state) {
+  switch (state) {
+    case 'free': return 'available';
+    case 'unknown': return 'unknown';
+    default: return 'full';
+  }
+}
 
 export class Availability {
   #report;
@@ -10,7 +36,7 @@ export class Availability {
   #timer = 0;
   #failures = 0;
 
-  // `report` is called with 'available', 'full' or 'unknown' whenever a new value is known.
+  // `report` is called with 'available', 'full' or 'unknown' whenever a new value is known, and with the state, as for siteText().
   constructor(report) {
     this.#report = report;
     for (const type of ['offline', 'online'])
@@ -24,7 +50,7 @@ export class Availability {
     this.#url = url;
     this.#failures = 0;
     this.#disconnect();
-    this.#report('unknown');
+    this.#tell('unknown');
     if (url !== null)
       this.#connect();
   }
@@ -34,24 +60,26 @@ export class Availability {
     if (this.#url === null)
       return;
     this.#disconnect();
-    this.#report('unknown');
+    this.#tell('unknown');
     this.#connect();
   }
+
+  #tell(state) { this.#report(shortOf(state), state); }
 
   #connect() {
     let socket;
     try {
-      socket = new WebSocket(this.#url);
+      socket = new WebSocket(`${this.#url}?state`); // other servers take no notice
     } catch {
       return; // The browser refuses this address for good, for instance plain ws: from an https: page.
     }
     this.#socket = socket;
     socket.onmessage = ({ data }) => {
       this.#failures = 0;
-      this.#report(data === '1' ? 'available' : data === '0' ? 'full' : 'unknown');
+      this.#tell(Object.hasOwn(STATES, data) ? STATES[data] : 'unknown');
     };
     socket.onclose = () => {
-      this.#report('unknown');
+      this.#tell('unknown');
       this.#timer = setTimeout(() => this.#connect(), this.#nextDelay());
     };
   }

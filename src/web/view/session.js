@@ -2,9 +2,9 @@
 // progress, and connect to the simulator when it is ready. No DOM.
 //
 // Events (CustomEvents): those of Simulator except "silent", "heard" and "closed", and
-//   progress {text, percent, ahead, least, most, wantsRoom, returning}  `percent` is null where it is not known. The others are there
+//   progress {text, percent, ahead, least, most, why, wantsRoom, returning}  `percent` is null where it is not known. The others are there
 //                            only while the session waits in a line: so many are before it, for so many seconds, or null where there
-//                            is no estimate, and whether free machines are too busy for its world (waiting.js); or, while a broken
+//                            is no estimate, and for this reason (waiting.js); or, while a broken
 //                            connection is restored, the place is kept for so many seconds
 //   notice {text}            something to tell while the session goes on
 //   problem {text}           an error that the server reported; the session may or may not end after it
@@ -278,14 +278,14 @@ export class Session extends EventTarget {
     this.#tell('progress', { text: inOurWords(line), percent: percentOf(line) });
   }
 
-  // "3 60 240" or, without an estimate, "3 - -"; then " room" where machines are free, but too busy for this world
+  // "3 60 240" or, without an estimate, "3 - -"; then perhaps for what it waits, as in " room"
   #wait(rest) {
     const words = rest.split(' ');
     const [ahead, least, most] = words.map((word) => (/^\d+$/.test(word) ? Number(word) : null));
     if (ahead === null)
       return;
     this.#hasLine = true;
-    const place = { ahead, least: least ?? null, most: most ?? null, wantsRoom: words[3] === 'room' };
+    const place = { ahead, least: least ?? null, most: most ?? null, why: words[3] ?? '', wantsRoom: words[3] === 'room' };
     this.#tell('progress', { text: placeText(place), percent: null, ...place });
   }
 

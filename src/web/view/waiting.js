@@ -1,8 +1,10 @@
 // What people are told who wait in the line of a session server. No DOM.
 //
-// A place is {ahead, least, most, wantsRoom}: how many are before this page, between how many seconds the wait is likely to be, null
-// where there is no estimate, and whether machines are free, but too busy for this world.
+// A place is {ahead, least, most, why, wantsRoom}: how many are before this page, between how many seconds the wait is likely to be,
+// null where there is no estimate, and for what it waits: '' (a seat), 'room' (`wantsRoom`: machines are free, but too busy for this
+// world), 'busy', 'suitable', 'draining' or 'down'.
 
+import { siteText } from './availability.js';
 import { say } from './texts.js';
 
 const SAID_MS = 10000;
@@ -10,8 +12,18 @@ const LONGEST_MINUTES = 90; // what is longer is not known that well
 
 export function placeText(place) {
   const text = place.ahead === 0 ? say('waiting.next') : say('waiting.place', { number: place.ahead + 1 });
-  const parts = [text, place.wantsRoom ? say('waiting.room') : '', waitText(place)].filter((part) => part !== '');
+  const parts = [text, reasonText(place.why), waitText(place)].filter((part) => part !== '');
   return parts.reduce((before, part) => say('waiting.placeAndWait', { place: before, wait: part }));
+}
+
+function reasonText(why) {
+  switch (why) {
+    case 'room': return say('waiting.room');
+    case 'suitable': return say('waiting.suitable');
+    case 'busy': case 'draining': return siteText(why);
+    case 'down': return `${siteText(why)} ${say('waiting.tellOperator')}`;
+    default: return ''; // also a word of a later server
+  }
 }
 
 // Who is next need not be told that nobody knows how long it takes.

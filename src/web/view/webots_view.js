@@ -32,7 +32,7 @@
 //
 // Handlers, which pages set: onready(), onclose({text, failed, full, busy}) (as the event "ended" of Session; without an argument
 // after close()), onticket(ticket) (the simulation, or the place in the line, outlives the page for a while, and open() can return to it;
-// null: to nothing any more), onprogress({text, percent, ahead, least, most, wantsRoom, returning}) (as the event of Session), onerror(text),
+// null: to nothing any more), onprogress({text, percent, ahead, least, most, why, wantsRoom, returning}) (as the event of Session), onerror(text),
 // onstdout(text), onstderr(text), onquit(), onstate(state), onworldloaded(), onrobotmessage(robot, message),
 // oncontroller({controller, file, content}).
 //
@@ -55,7 +55,7 @@
 // ondisconnect, view.
 
 import { parseViewAddress, sessionServerOf, socketToWeb, webToSocket } from './address.js';
-import { Availability } from './availability.js';
+import { Availability, siteText } from './availability.js';
 import { Labels } from './labels.js';
 import { Picture } from './picture.js';
 import { RobotWindows } from './robot_windows.js';
@@ -507,12 +507,14 @@ export class View {
     this.onclose?.({ text, failed, full, busy });
   }
 
-  // Says when a machine is free. Until then there is the sentence that says that none is.
+  // Says when a machine is free. Until then there is the sentence that says that none is, and why.
   #followMachines(server) {
-    this.#availability ??= new Availability((value) => {
+    this.#availability ??= new Availability((value, state) => {
       clearTimeout(this.#settling);
       if (value === 'available')
         this.#settling = setTimeout(() => this.#offerStart(), SETTLING_MS);
+      else if (!['unknown', 'none'].includes(state))
+        this.#frame.setMessage(`${siteText(state)} ${say('viewer.willTell')}`, { problem: true });
     });
     this.#availability.follow(webToSocket(server));
   }

@@ -1,11 +1,12 @@
 // Joins the page's controls to the session. The state is kept on <body>:
 //   data-availability  available | full | unknown
+//   data-site          in more words: free | busy | full | draining | down | none | unknown (availability.js)
 //   data-room          there while one may wait when no machine is free
 //   data-state         idle | starting | waiting (in line) | paused | running | fast | lost (nothing arrives) | ended (after it ran) | failed (never ran)
 //   data-time          simulated time in milliseconds
 
 import { parseAddress, parseViewAddress, sessionServerOf, webToSocket } from './view/address.js';
-import { Availability } from './view/availability.js';
+import { Availability, siteText } from './view/availability.js';
 import { Console } from './view/console.js';
 import { fetchAgain } from './view/fetch_again.js';
 import { forget, recall, remember } from './view/memory.js';
@@ -47,19 +48,19 @@ picture.element.id = 'picture';
 const scene = new Scene(element('screen'), { told: setWarning });
 scene.element.id = 'scene';
 const voice = new SlowVoice((text) => setText('place-said', text));
-const availability = new Availability((value) => {
+const availability = new Availability((value, state) => {
   page.dataset.availability = value;
+  page.dataset.site = state;
   setText('light-text', light());
   if (value === 'available')
     takeBackRefusal();
 });
 
+// Where there is a line and what it waits for is a seat or room, one may wait.
 function light() {
-  switch (page.dataset.availability) {
-    case 'available': return say('light.available');
-    case 'full': return 'room' in page.dataset ? say('light.busy') : say('light.full');
-    default: return say('light.unknown');
-  }
+  const { room, site } = page.dataset;
+  const text = siteText(site);
+  return room !== undefined && ['busy', 'full', 'none'].includes(site) ? `${text} ${say('site.mayWait')}` : text;
 }
 
 // Writes only text that differs: a screen reader would read equal text out again.

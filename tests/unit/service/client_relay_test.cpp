@@ -132,6 +132,18 @@ struct Fixture
         return sockets.peer(concat("ws://", name, "/client"));
     }
 
+    /// Somebody who looks at the lamp.
+    testing::LoopbackChannel& watch()
+    {
+        auto& browser = browsers.emplace_back(world.executor());
+        ChannelInfo info;
+        info.path = "/";
+        info.query = "state";
+        conversations.spawn(service.serve_websocket(std::move(info), browser));
+        world.settle();
+        return browser;
+    }
+
     std::string answer(std::string_view path)
     {
         std::array<std::pair<std::string_view, std::string_view>, 1> headers{{{"Host", "localhost:1999"}}};
@@ -704,6 +716,44 @@ BOOST_FIXTURE_TEST_CASE(who_wants_much_room_waits_for_it_and_is_passed_by_others
     show(1, 0, 1min);
     BOOST_TEST(sockets.accepted() == 2u);
     BOOST_TEST(heavy.was_told("loading: A machine is free."));
+}
+
+// Issue 42, item 3: "A machine is available" stood beside "You are number 3 in line".
+BOOST_FIXTURE_TEST_CASE(while_somebody_waits_for_room_the_lamp_does_not_say_that_a_machine_is_free,
+                        HeavyWorld)
+{
+    auto const& lamp = watch();
+    BOOST_TEST(lamp.sent.back() == "free");
+    auto& heavy = start(start_of("heavy", R"(,"waiting":true)"));
+    BOOST_TEST(lamp.sent.back() == "busy", "at once");
+    BOOST_TEST(answer("/") == "1", "as of old: other worlds are served");
+    heavy.browser_leaves();
+    world.settle();
+    BOOST_TEST(lamp.sent.back() == "free");
+}
+
+BOOST_AUTO_TEST_CASE(the_lamp_and_the_line_say_the_same)
+{
+    Fixture fixture(relaying(), {"a:2000"});
+    auto& http = fixture.http;
+    http.expect("GET http://a:2000/load").reply(200, R"({"load":20,"sessions":4,"capacity":4})");
+    http.expect("GET http://a:2000/load").reply(200, R"({"load":96,"sessions":3,"capacity":4})");
+    http.expect("GET http://a:2000/load")
+        .reply(200, R"({"load":20,"sessions":3,"capacity":4,"draining":true})");
+    http.expect("GET http://a:2000/load").fail(errc::unreachable).always();
+    auto const& lamp = fixture.watch();
+    auto const& browser = fixture.start(our_start);
+    fixture.tasks.spawn(run(fixture.monitor));
+    fixture.world.advance(20s);
+    BOOST_TEST(lamp.sent == (std::vector<std::string>{"unknown", "full", "busy", "draining", "down"}),
+               boost::test_tools::per_element());
+    std::vector<std::string> places;
+    for (auto const& each : browser.sent)
+        if (each.starts_with("waiting: ") && (places.empty() || places.back() != each))
+            places.push_back(each);
+    BOOST_TEST(places == (std::vector<std::string>{"waiting: 0 - -", "waiting: 0 - - busy",
+                                                   "waiting: 0 - - draining", "waiting: 0 - - down"}),
+               boost::test_tools::per_element());
 }
 
 BOOST_FIXTURE_TEST_CASE(who_wants_much_room_is_passed_by_nobody_who_wants_the_same, HeavyWorld)

@@ -67,10 +67,11 @@ struct Fixture
         return std::holds_alternative<AcceptWebSocket>(service.respond(request));
     }
 
-    void connect(testing::LoopbackChannel& browser, std::string path = "/")
+    void connect(testing::LoopbackChannel& browser, std::string path = "/", std::string query = "")
     {
         ChannelInfo info;
         info.path = std::move(path);
+        info.query = std::move(query);
         info.host = "localhost:1999";
         info.client = "203.0.113.7";
         info.quota_key = client;
@@ -294,6 +295,45 @@ BOOST_AUTO_TEST_CASE(a_browser_gets_the_current_availability_once_and_then_only_
     BOOST_TEST(late.sent == (std::vector<std::string>{"1"}), boost::test_tools::per_element());
     early.browser_leaves();
     late.browser_leaves();
+    fixture.world.settle();
+}
+
+// Issue 42, item 3.
+BOOST_AUTO_TEST_CASE(who_asks_for_it_is_told_in_a_word_what_the_site_is)
+{
+    auto const report = [](std::string_view members) {
+        return webots_cloud::core::concat(R"({"load":20,"sessions":3,"capacity":4)", members, "}");
+    };
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, report(""));
+    fixture.http.expect("GET http://a:2000/load").reply(200, R"({"load":96,"sessions":3,"capacity":4})");
+    fixture.http.expect("GET http://a:2000/load").reply(200, R"({"load":20,"sessions":4,"capacity":4})");
+    fixture.http.expect("GET http://a:2000/load").reply(200, report(R"(,"draining":true)"));
+    fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
+    fixture.http.expect("GET http://a:2000/load").reply(200, report("")).always();
+    testing::LoopbackChannel browser(fixture.world.executor());
+    fixture.connect(browser, "/", "state");
+    BOOST_TEST(browser.sent.back() == "unknown");
+    fixture.start({"a:2000"});
+    fixture.world.advance(40s);
+    BOOST_TEST(browser.sent ==
+                   (std::vector<std::string>{"unknown", "free", "busy", "full", "draining", "down", "free"}),
+               boost::test_tools::per_element());
+    auto const metrics = fixture.get("/metrics").body;
+    BOOST_TEST(metrics.find("webots_site_state{state=\"free\"} 1\n") != std::string::npos);
+    BOOST_TEST(metrics.find("webots_site_state{state=\"down\"} 0\n") != std::string::npos);
+    browser.browser_leaves();
+    fixture.world.settle();
+}
+
+BOOST_AUTO_TEST_CASE(a_site_without_machines_is_down)
+{
+    Fixture fixture;
+    fixture.start({});
+    testing::LoopbackChannel browser(fixture.world.executor());
+    fixture.connect(browser, "/", "state");
+    BOOST_TEST(browser.sent.back() == "down");
+    browser.browser_leaves();
     fixture.world.settle();
 }
 

@@ -2,9 +2,13 @@
 
 #include "core/waiting/waiting_messages.hpp"
 
+#include <array>
+
 using namespace webots_cloud;
 using namespace std::chrono_literals;
+using core::SiteState;
 using core::WaitRange;
+using core::WaitReason;
 
 namespace {
 
@@ -39,9 +43,11 @@ BOOST_AUTO_TEST_CASE(the_sentence_says_place_and_wait)
                "loading: You are next; there is no estimate of the wait yet.");
     BOOST_TEST(core::waiting_sentence({2, std::nullopt}) ==
                "loading: 2 are ahead of you; there is no estimate of the wait yet.");
-    BOOST_TEST(core::waiting_sentence({0, WaitRange{0s, 81s}, true}) ==
+    BOOST_TEST(core::waiting_sentence({0, WaitRange{0s, 81s}, WaitReason::room}) ==
                "loading: You are next, and no free machine has enough power left for this world; "
                "the wait is less than 1.5 minutes.");
+    BOOST_TEST(core::waiting_sentence({0, std::nullopt, WaitReason::down}) ==
+               "loading: You are next, but no machine is running; there is no estimate of the wait yet.");
 }
 
 BOOST_AUTO_TEST_CASE(waits_are_said_as_people_say_them)
@@ -71,9 +77,44 @@ BOOST_AUTO_TEST_CASE(who_can_say_it_gets_numbers)
     BOOST_TEST(core::waiting_message({3, WaitRange{62s, 236s}}) == "waiting: 3 60 240");
     BOOST_TEST(core::waiting_message({0, WaitRange{1s, 7200s}}) == "waiting: 0 0 7200");
     BOOST_TEST(core::waiting_message({3, std::nullopt}) == "waiting: 3 - -");
-    BOOST_TEST(core::waiting_message({2, WaitRange{0s, 81s}, true}) == "waiting: 2 0 90 room");
+    BOOST_TEST(core::waiting_message({2, WaitRange{0s, 81s}, WaitReason::room}) == "waiting: 2 0 90 room");
+    BOOST_TEST(core::waiting_message({2, std::nullopt, WaitReason::busy}) == "waiting: 2 - - busy");
+    BOOST_TEST(core::waiting_message({2, WaitRange{62s, 236s}, WaitReason::suitable}) ==
+               "waiting: 2 60 240 suitable");
+    BOOST_TEST(core::waiting_message({2, std::nullopt, WaitReason::draining}) == "waiting: 2 - - draining");
+    BOOST_TEST(core::waiting_message({0, std::nullopt, WaitReason::down}) == "waiting: 0 - - down");
     BOOST_TEST(core::waiting_ticket_message("abc") == "waitingTicket: abc");
     BOOST_TEST(core::turn_message() == "loading: A machine is free.");
+}
+
+// Issue 42, item 3.
+BOOST_AUTO_TEST_CASE(who_waits_hears_what_for)
+{
+    struct Row
+    {
+        SiteState supply;
+        bool wants_room;
+        bool is_choosy;
+        WaitReason why;
+    };
+    constexpr std::array rows{
+        Row{SiteState::free, true, false, WaitReason::room},
+        Row{SiteState::free, false, true, WaitReason::suitable},
+        Row{SiteState::free, false, false, WaitReason::seat}, // it is the next one's in a moment
+        Row{SiteState::busy, false, false, WaitReason::busy},
+        Row{SiteState::busy, false, true, WaitReason::busy},
+        Row{SiteState::full, false, true, WaitReason::seat},
+        Row{SiteState::full, false, false, WaitReason::seat},
+        Row{SiteState::unknown, false, false, WaitReason::seat},
+        Row{SiteState::draining, false, false, WaitReason::draining},
+        Row{SiteState::down, false, true, WaitReason::down},
+    };
+    for (auto const& row : rows)
+        BOOST_TEST((core::wait_reason(row.supply, row.wants_room, row.is_choosy) == row.why),
+                   core::word_of(row.supply)
+                       << (row.wants_room ? " room" : "") << (row.is_choosy ? " choosy" : ""));
+    for (auto const why : {WaitReason::room, WaitReason::busy, WaitReason::draining, WaitReason::down})
+        BOOST_TEST(!core::ends_with_a_session(why));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
