@@ -81,7 +81,7 @@ prepare()
             "there is neither $(config session "$name") nor $(config simulation "$name")."
     install_packages cmake/packages/build.txt
     install_page_libraries
-    build
+    build site
     for kind in website_host simulation session; do
         file=$(config "$kind" "$name")
         [[ ! -e $file || $kind == website_host ]] || make_certificate "$file"
@@ -146,7 +146,7 @@ make_packages()
 {
     install_packages cmake/packages/build.txt cmake/packages/package.txt
     install_page_libraries
-    build
+    build installable
     rm -rf build/release/packages # of an older version
     cpack --preset release >build/release/packages.log 2>&1 || {
         tail -n 10 build/release/packages.log >&2
@@ -196,12 +196,13 @@ install_page_libraries()
     install_node_packages src/web/class || echo "Classes will have no QR code: npm could not install its library." >&2
 }
 
+# build TARGET
 build()
 {
     # Also when a library of the pages has come since.
     [[ -e build/release/build.ninja && ! build/node/src/web/view -nt build/release/build.ninja &&
         ! build/node/src/web/class -nt build/release/build.ninja ]] || cmake --preset release
-    cmake --build --preset release --target installable # so that cmake --install works, too
+    cmake --build --preset release --target "$1"
 }
 
 start()

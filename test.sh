@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs what the tests need, builds, and runs the whole suite: the release, made by g++, then nearly all of it and the fuzzers under
-# the address and undefined behaviour sanitizers of clang. Some 50 minutes on 2 cores from nothing.
+# Installs what the tests need, builds, and tests: the release, made by g++, with all tests but those with the label `extended`; then, under
+# the address and undefined behaviour sanitizers of clang, the unit tests, the fuzzers, and the integration tests with the label
+# `sanitized`. --all leaves nothing out.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source cmake/packages/install.sh
@@ -9,17 +10,20 @@ source cmake/packages/install.sh
 # code the scheduler's own tests run as well; walls is what sandboxes keep out; hygiene and documentation read texts.
 without_sanitizers='^(packaging|browser|bench|theory|simulation|walls|hygiene|documentation)$'
 
-usage="Usage: ./test.sh [--quick] [PRESET ...]
-  --quick   only the release
-  PRESET    only these presets; without: release clang-asan.
+usage="Usage: ./test.sh [--quick|--all] [PRESET ...]
+  --quick   the release alone
+  --all     also what takes long: tests with the label extended, and nearly all tests under the sanitizers
+  PRESET    only these presets, with all their tests; without: release clang-asan.
             asan is the suite under the sanitizers of g++, whose build alone takes 15 minutes: see HACKING.md"
 
 main()
 {
     local presets=(release clang-asan) preset summary=() failed=
+    all=
     case "$*" in
         '') ;;
         --quick) presets=(release) ;;
+        --all) all=yes ;;
         --help)
             echo "$usage"
             exit
@@ -28,7 +32,7 @@ main()
             echo "$usage" >&2
             exit 2
             ;;
-        *) presets=("$@") ;;
+        *) presets=("$@") && all=yes ;;
     esac
     install_packages cmake/packages/build.txt cmake/packages/package.txt cmake/packages/test.txt cmake/packages/docs.txt
     install_node_packages src/web/view || echo "The tests of the 3D view will be skipped: npm could not install its library." >&2
@@ -48,11 +52,16 @@ main()
 
 test_preset()
 {
-    local preset=$1 log=build/$1/tests selection=() passed=yes
-    [[ $preset != *asan ]] || selection=(-LE "$without_sanitizers")
+    local preset=$1 log=build/$1/tests selection=() targets=() passed=yes
+    case ${all:+all-}$preset in
+        all-*asan) selection=(-LE "$without_sanitizers") ;;
+        all-*) ;;
+        *asan) selection=(-L '^(unit|fuzz|sanitized)$') && targets=(--target sanitized_tests) ;;
+        *) selection=(-LE '^extended$') ;;
+    esac
     printf '\n--- %s\n' "$preset"
     rm -f "$log.log" "$log.all.log" "$log.again.log"
-    cmake --preset "$preset" && cmake --build --preset "$preset" || return
+    cmake --preset "$preset" && cmake --build --preset "$preset" "${targets[@]}" || return
     # Many tests wait for servers most of their time: one more than there are processors.
     ctest --preset "$preset" --parallel "$(($(nproc) + 1))" "${selection[@]}" --output-log "$log.log" || passed=
     cp "build/$preset/Testing/Temporary/LastTest.log" "$log.all.log" # with what those printed that did not fail

@@ -18,9 +18,6 @@ add_dependencies(installable ${installed})
 if(WEBOTS_CLOUD_BUILD_APPS)
     add_dependencies(installable manuals)
 endif()
-if(TARGET webots-website-host) # started by server.sh, and not installed: it is an example
-    add_dependencies(installable webots-website-host)
-endif()
 
 foreach(target ${installed})
     list(APPEND installed_files $<TARGET_FILE:${target}>)

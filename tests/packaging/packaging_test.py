@@ -60,15 +60,30 @@ class PackagingTest(unittest.TestCase):
 
 
 class Install(PackagingTest):
-    """After ./server.sh start one can install; an incomplete build installs nothing."""
+    """Targets that people are told to build make all that is started or installed; an incomplete build installs nothing."""
 
-    def test_what_the_start_of_the_servers_builds_is_all_that_is_installed(self):
-        with open(os.path.join(SOURCE, "server.sh")) as script:
-            self.assertIn("cmake --build --preset release --target installable ", script.read())
+    def made_for(self, target):
+        """The names of the files that a target builds."""
         if not os.path.exists(os.path.join(self.build, "build.ninja")):
             self.skipTest("the build is not one of Ninja, which says what a target needs")
-        commands = run("ninja", "-C", self.build, "-t", "commands", "installable")
-        made = {without_version(os.path.basename(path)) for path in re.findall(r"(?: -o | qc | > )(\S+)", commands)}
+        commands = run("ninja", "-C", self.build, "-t", "commands", target)
+        return {without_version(os.path.basename(path)) for path in re.findall(r"(?: -o | qc | > )(\S+)", commands)}
+
+    def test_a_start_builds_every_program_that_runs_then(self):
+        script = os.path.join(SOURCE, "server.sh")
+        with open(script) as file:
+            self.assertRegex(file.read(), r"\n    build site\n")
+        made = self.made_for("site")
+        targets = run("ninja", "-C", self.build, "-t", "targets", "all")
+        programs = re.findall(r"^bin/(webots-\S+):", targets, re.MULTILINE)
+        # The script starts some, the servers others: a program of ours that neither names is started by nobody.
+        code = run("cat", script, *(os.path.join(SOURCE, file) for file in files_below(SOURCE) if re.match(r"src/(app|core)/.*pp$", file)))
+        started = {name for name in programs if name in code}
+        self.assertLessEqual({"webots-session-server", "webots-website-host", "webots-process-guard"}, started)
+        self.assertEqual(started - made, set())
+
+    def test_what_is_installed_is_what_its_target_builds(self):
+        made = self.made_for("installable")
         prefix = os.path.join(self.folder, "prefix")
         run("cmake", "--install", self.build, "--prefix", prefix)
         built = {name for name in map(os.path.basename, files_below(prefix)) if name.startswith(("webots-", "libwebots"))}
