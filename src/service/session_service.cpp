@@ -152,6 +152,7 @@ struct SessionService::Impl
     void expire_monitor();
     void update_monitor();
     void count_placed();
+    core::SiteState state_of(ServerLoad const& server) const;
     std::optional<core::WaitingFigures> waiting_figures() const;
     std::string monitor_snapshot();
     std::string monitor_text() const;
@@ -621,7 +622,15 @@ Answer SessionService::Impl::readiness(IncomingRequest const&)
 void SessionService::Impl::count_placed()
 {
     board.count_placed(std::bind_front(&Scheduler::placed, &scheduler));
+    board.note_states(std::bind_front(&Impl::state_of, this));
+    board.note_site(state);
     board.note_waiting(waiting_figures());
+}
+
+core::SiteState SessionService::Impl::state_of(ServerLoad const& server) const
+{
+    return core::machine_state(scheduler.refusal_of(server.address, clock.now()),
+                               server.state == ServerState::unknown);
 }
 
 std::optional<core::WaitingFigures> SessionService::Impl::waiting_figures() const
@@ -675,9 +684,11 @@ std::string SessionService::Impl::monitor_text() const
     view.gateway = params.gateway;
     view.threshold = params.threshold;
     view.waiting = waiting_figures();
+    view.state = state;
     for (auto const& server : monitor.servers()) {
         view.servers.push_back(
             core::session_row(server, scheduler.placed(server.address), machines.drained_by(server.address)));
+        view.servers.back().state = state_of(server);
         if (hooks.origin_of)
             view.servers.back().found_by = hooks.origin_of(server.address);
         view.servers.back().path = paths.path_of(server.address);

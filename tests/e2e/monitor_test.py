@@ -156,6 +156,27 @@ class SessionMonitor(unittest.TestCase):
             self.assertTrue(browser.execute_script("return window.neverReloaded"))
             self.assertEqual(console_messages(browser, "SEVERE"), [])
 
+    def test_seats_are_shown_and_full_is_who_has_none_left_whatever_the_load_is(self):
+        counts = {"starting": 0, "arrivals": 4, "failed": 0, "departures": 0}
+        with FakeSimulationServer({"load": 12.5, "sessions": 4, "capacity": 4, **counts}) as fake, \
+                SessionServer([fake.address], loadThreshold=95) as session, open_browser(1280, 900) as browser:
+            self.open(browser, session)
+            tiles = lambda: [each.text for each in browser.find_elements("css selector", ".tiles b")]
+            wait_until(lambda: tiles() == ["12.5%", "1 of 1", "1", "0", "4 of 4"], lambda: f"tiles: {tiles()}")
+            self.assertEqual([self.cell(browser, 1, name) for name in ("sessions", "state")], ["4 of 4", "full"])
+            self.assertEqual(browser.find_element("id", "site").text, "Every seat is taken.")
+            for report, words, sentence in (
+                    ({"load": 96, "sessions": 3, "capacity": 4}, ["3 of 4", "busy"], "The machines are busy: a start may have to wait."),
+                    ({"load": 12.5, "sessions": 3, "capacity": 4, "draining": True}, ["3 of 4", "draining"], "No machine takes new simulations at the moment."),
+                    ({"load": 12.5, "sessions": 3, "capacity": 4}, ["3 of 4", "free"], "A machine is free."),
+                    (None, ["", "down"], "No machine is running.")):
+                fake.load = report and {**report, **counts}
+                wait_until(lambda: browser.find_element("id", "site").text == sentence, lambda: browser.find_element("id", "site").text)
+                wait_until(lambda: [self.cell(browser, 1, name) for name in ("sessions", "state")] == words, words)
+                rows = lambda: browser.execute_script(ROWS, session.get("/monitor"), "servers")
+                wait_until(lambda: len({str(each) for each in rows()}) == 1, lambda: f"the page without scripts differs: {rows()}")
+            self.assertFalse(accessibility_findings(browser))
+
     def test_sessions_placed_by_this_server_are_counted(self):
         with FakeSimulationServer({"load": 1, "sessions": 0}) as fake, SessionServer([fake.address]) as session, \
                 open_browser(800, 600) as browser:

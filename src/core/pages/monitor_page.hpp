@@ -1,6 +1,7 @@
 // The pages at /monitor (protocol sections 2.4 and 9.3), from values to HTML that needs no script to be read.
 #pragma once
 
+#include "core/site_state.hpp"
 #include "monitor_sample.hpp"
 #include "page_parts.hpp"
 #include "session_board.hpp"
@@ -26,6 +27,7 @@ struct SessionMonitorView
     bool gateway = false; ///< Machines `host/port` are reached below this server.
     double threshold = 95;
     std::vector<SessionRow> servers;
+    SiteState state = SiteState::unknown;
     std::optional<WaitingFigures> waiting; ///< Of a server that relays.
     PageAssets assets;
 };

@@ -25,6 +25,7 @@ SessionRow session_row(ServerLoad const& server, std::uint64_t placed, std::stri
     row.address = server.address;
     row.load = is_up ? std::optional(server.report.load) : std::nullopt;
     row.sessions = is_up ? server.report.sessions : std::nullopt;
+    row.seats = is_up ? server.report.capacity : std::nullopt;
     row.reported = is_up ? server.reported : TimePoint();
     row.problem = is_up ? std::string() : server.problem;
     row.placed = placed;
@@ -110,6 +111,21 @@ void SessionBoard::count_placed(std::function<std::uint64_t(std::string_view add
     }
 }
 
+void SessionBoard::note_states(std::function<SiteState(ServerLoad const& server)> const& state)
+{
+    for (auto& row : rows_) {
+        auto const now = state(*row.server);
+        if (std::exchange(row.state, now) != now)
+            change_row(row);
+    }
+}
+
+void SessionBoard::note_site(SiteState state)
+{
+    is_site_changed_ = is_site_changed_ || site_ != state;
+    site_ = state;
+}
+
 void SessionBoard::note_drained(std::string_view address, std::string_view drained_by)
 {
     auto* const row = find(address);
@@ -143,6 +159,7 @@ void SessionBoard::take(TimePoint now, WallTime wall)
     for (auto* const row : told_)
         row->is_changed = false;
     tells_waiting_ = std::exchange(is_waiting_changed_, false);
+    tells_site_ = std::exchange(is_site_changed_, false);
     has_new_point_ = add_point();
 }
 
@@ -168,6 +185,21 @@ void SessionBoard::append_waiting(std::string& text) const
     append_number(text, static_cast<double>(waiting_->relayed), 0);
 }
 
+void SessionBoard::append_site(std::string& text) const
+{
+    append_key(text, "state");
+    append_quoted(text, word_of(*site_));
+    append_key(text, "stateText");
+    append_quoted(text, sentence_of(*site_));
+}
+
+SessionRow SessionBoard::shown(Row const& row) const
+{
+    auto shown = session_row(*row.server, row.placed, row.drained_by);
+    shown.state = row.state;
+    return shown;
+}
+
 void SessionBoard::append_row(std::string& text, SessionRow const& row) const
 {
     append_key(text, "load");
@@ -181,6 +213,14 @@ void SessionBoard::append_row(std::string& text, SessionRow const& row) const
     if (row.sessions) {
         append_key(text, "sessions");
         append_number(text, *row.sessions, 0);
+    }
+    if (row.seats) {
+        append_key(text, "seats");
+        append_number(text, *row.seats, 0);
+    }
+    if (row.state) {
+        append_key(text, "state");
+        append_quoted(text, word_of(*row.state));
     }
     if (!row.drained_by.empty()) {
         append_key(text, "drained");
@@ -205,6 +245,8 @@ std::string SessionBoard::snapshot()
     append_number(text, as_seconds(now_ - history_.last()), 3);
     append_key(text, "spacing");
     append_number(text, rows_.empty() ? 0 : as_seconds(history_.spacing(each)), 3);
+    if (site_)
+        append_site(text);
     if (waiting_)
         append_waiting(text);
     append_key(text, "servers");
@@ -224,7 +266,7 @@ std::string SessionBoard::snapshot()
             append_key(text, "path");
             append_quoted(text, row.path);
         }
-        append_row(text, session_row(*row.server, row.placed, row.drained_by));
+        append_row(text, shown(row));
         append_key(text, "history");
         append_numbers(text, history_.line(row.history, each).values, decimals);
         text += '}';
@@ -236,7 +278,7 @@ std::string SessionBoard::update()
 {
     if (restates_)
         return snapshot();
-    if (told_.empty() && !has_new_point_ && !tells_waiting_)
+    if (told_.empty() && !has_new_point_ && !tells_waiting_ && !tells_site_)
         return {};
     std::string text = "{";
     append_key(text, "now");
@@ -245,6 +287,8 @@ std::string SessionBoard::update()
         append_key(text, "point");
         text += "true";
     }
+    if (site_ && tells_site_)
+        append_site(text);
     if (waiting_ && tells_waiting_)
         append_waiting(text);
     append_key(text, "rows");
@@ -254,7 +298,7 @@ std::string SessionBoard::update()
         text += std::exchange(separator, ",{");
         append_key(text, "row");
         append_number(text, static_cast<double>(told->number), 0);
-        append_row(text, session_row(*told->server, told->placed, told->drained_by));
+        append_row(text, shown(*told));
         text += '}';
     }
     return text + "]}";

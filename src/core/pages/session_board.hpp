@@ -2,6 +2,7 @@
 // that watch.
 #pragma once
 
+#include "core/site_state.hpp"
 #include "load_history.hpp"
 
 #include <webots_cloud/server_load.hpp>
@@ -24,11 +25,13 @@ struct SessionRow
     SessionRow() = default;
 
     std::string address;
-    std::optional<double> load;  ///< Percent; unknown unless the server is up.
-    std::string problem;         ///< Why it is not up; empty while it is, and before its first answer.
-    TimePoint reported{};        ///< When `load` came.
-    std::optional<int> sessions; ///< As the server reported them.
-    std::uint64_t placed = 0;    ///< By us, since we started.
+    std::optional<double> load;     ///< Percent; unknown unless the server is up.
+    std::string problem;            ///< Why it is not up; empty while it is, and before its first answer.
+    TimePoint reported{};           ///< When `load` came.
+    std::optional<int> sessions;    ///< As the server reported them.
+    std::optional<int> seats;       ///< The most sessions that it runs at once, as it reported.
+    std::optional<SiteState> state; ///< What it is for somebody who comes now; none: not looked at yet.
+    std::uint64_t placed = 0;       ///< By us, since we started.
     /// Who says that it gets no new sessions: `operator`, `configuration` or `machine`; empty: nobody.
     std::string_view drained_by;
     /// How it was found, as in `dns:sim.example.org:2000` or `announced`; empty: it is configured.
@@ -88,6 +91,12 @@ public:
     /// for a snapshot.
     void count_placed(std::function<std::uint64_t(std::string_view address)> const& placed);
 
+    /// Asks what each server is for somebody who comes now. O(n): likewise.
+    void note_states(std::function<SiteState(ServerLoad const& server)> const& state);
+
+    /// The same of the site.
+    void note_site(SiteState state);
+
     /// Who has drained a server, but the server itself. The name has to live as long as the board.
     void note_drained(std::string_view address, std::string_view drained_by);
 
@@ -110,7 +119,8 @@ private:
         ServerLoad const* server = nullptr;
         std::string found_by;
         std::string path;
-        std::uint64_t placed = 0;    ///< As watchers are told.
+        std::uint64_t placed = 0; ///< As watchers are told.
+        std::optional<SiteState> state;
         std::string_view drained_by; ///< But by itself.
         std::size_t number = 0;      ///< Its place in the last snapshot, by which watchers know it.
         bool is_changed = false;     ///< Since the last `take`.
@@ -121,6 +131,8 @@ private:
     void change_row(Row& row);
     bool add_point();
     void append_waiting(std::string& text) const;
+    void append_site(std::string& text) const;
+    SessionRow shown(Row const& row) const;
     void append_row(std::string& text, SessionRow const& row) const;
 
     LoadHistory history_;
@@ -130,6 +142,9 @@ private:
     std::vector<Row*> changed_;                                                 ///< Since the last `take`.
     std::vector<Row*> told_;                                                    ///< Found so by it.
     std::optional<WaitingFigures> waiting_;
+    std::optional<SiteState> site_;
+    bool is_site_changed_ = false;    ///< Since the last `take`.
+    bool tells_site_ = false;         ///< The last `take` found it changed.
     bool is_waiting_changed_ = false; ///< Since the last `take`.
     bool tells_waiting_ = false;      ///< The last `take` found it changed.
     bool must_restate_ = false;       ///< The next update is a snapshot.

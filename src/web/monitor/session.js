@@ -20,11 +20,13 @@
   function take(message) {
     if (message.servers)
       takeSnapshot(message);
+    if (message.stateText !== undefined)
+      write(document.getElementById("site"), message.stateText);
     if (message.waiting !== undefined)
       showWaiting(message);
     for (const row of message.rows ?? []) {
       const server = servers[row.row];
-      Object.assign(server, {sessions: undefined, problem: undefined, age: undefined, drained: undefined}, row, {heard: performance.now()});
+      Object.assign(server, {sessions: undefined, seats: undefined, state: undefined, problem: undefined, age: undefined, drained: undefined}, row, {heard: performance.now()});
       showRow(server);
     }
     if (message.point)
@@ -84,7 +86,7 @@
       found.textContent = server.foundBy ?? "";
       found.hidden = !server.foundBy;
       server.cells = {row, drained: row.querySelector(".drained"), key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
-                      sessions: cell("sessions"), placed: cell("placed"), report: cell("last report")};
+                      sessions: cell("sessions"), state: cell("state"), placed: cell("placed"), report: cell("last report")};
       row.onpointerenter = () => chart && !isCrowd() && chart.setSelection(chart.numRows() - 1, label(index));
       row.onpointerleave = () => chart && chart.clearSelection();
       return row;
@@ -124,12 +126,21 @@
     write(cells.load, known(server) ? `${monitor.rounded(server.load)}%` : "N/A");
     cells.load.classList.toggle("full", known(server) && server.load >= threshold);
     cells.row.classList.toggle("down", !known(server));
-    write(cells.sessions, server.sessions === undefined ? "" : String(server.sessions));
+    write(cells.sessions, sessionsText(server.sessions, server.seats));
+    cells.sessions.classList.toggle("full", server.state === "full");
+    write(cells.state, server.state ?? "");
     write(cells.placed, String(server.placed));
     write(cells.drained, drainedTexts[server.drained] ?? "");
     cells.drained.hidden = !server.drained;
     showDrainButton(server);
     showAge(server);
+  }
+
+  // As the server says it.
+  function sessionsText(sessions, seats) {
+    if (sessions === undefined)
+      return "";
+    return seats === undefined ? String(sessions) : `${sessions} of ${seats}`;
   }
 
   // As the server says it.
@@ -188,10 +199,11 @@
     const mean = up.reduce((sum, server) => sum + server.load, 0) / up.length;
     const text = up.length ? `${monitor.rounded(mean)}%` : "N/A";
     write(document.getElementById("average"), text);
-    const sessions = up.reduce((sum, server) => sum + (server.sessions ?? 0), 0);
-    const full = up.filter(server => server.load >= threshold).length;
-    const parts = [["average load", text], ["up", `${up.length} of ${servers.length}`], ["full", String(full)],
-                   ["sessions", String(sessions)]];
+    const total = name => up.reduce((sum, server) => sum + (server[name] ?? 0), 0);
+    const inState = state => String(servers.filter(server => server.state === state).length);
+    const seats = up.some(server => server.seats !== undefined) ? total("seats") : undefined;
+    const parts = [["average load", text], ["up", `${up.length} of ${servers.length}`], ["full", inState("full")], ["busy", inState("busy")],
+                   ["sessions", sessionsText(total("sessions"), seats)]];
     section.querySelectorAll(".tiles b").forEach((element, index) => write(element, parts[index][1]));
   }
 
@@ -199,7 +211,7 @@
 
   function buildChart() {
     section.hidden = false;
-    const tiles = ["average load", "servers up", "servers full", "sessions"]
+    const tiles = ["average load", "servers up", "servers full", "servers busy", "sessions"]
       .map(name => make("div", {}, make("span", {}, name), make("b", {})));
     const element = make("div", {class: "chart", id: "chart"});
     const reading = make("p", {class: "reading", id: "reading"});

@@ -129,6 +129,20 @@ BOOST_AUTO_TEST_CASE(a_full_server_is_marked)
     BOOST_TEST(contains(session_monitor_page(view), ">94.9%</td>"));
 }
 
+// Issue 42, item 3: "servers full 0" at 4 of 4 seats.
+BOOST_AUTO_TEST_CASE(seats_are_shown_and_what_a_server_and_the_site_are)
+{
+    SessionMonitorView view;
+    view.state = SiteState::full;
+    view.servers = {row("a:2000", 20)};
+    view.servers.front().sessions = view.servers.front().seats = 4;
+    view.servers.front().state = SiteState::full;
+    auto const page = session_monitor_page(view);
+    BOOST_TEST(contains(page, "<p id=\"site\">Every seat is taken.</p>"));
+    BOOST_TEST(contains(page, "<td class=\"number full\" data-label=\"sessions\">4 of 4</td>"));
+    BOOST_TEST(contains(page, "<td data-label=\"state\">full</td>"));
+}
+
 BOOST_AUTO_TEST_CASE(each_page_has_a_row_for_its_script_to_copy)
 {
     auto const session = session_monitor_page(SessionMonitorView());

@@ -318,6 +318,30 @@ BOOST_AUTO_TEST_CASE(who_waits_and_who_is_relayed_is_told_by_a_server_that_relay
     BOOST_TEST(fixture.update().find("waiting") == std::string::npos);
 }
 
+// Issue 42, item 3.
+BOOST_AUTO_TEST_CASE(seats_and_what_a_server_is_are_told_and_what_the_site_is)
+{
+    auto full = server("a:1", 12.5);
+    full.report.sessions = full.report.capacity = 4;
+    Fixture fixture({full});
+    fixture.board.note_states([](ServerLoad const&) { return SiteState::full; });
+    fixture.board.note_site(SiteState::full);
+    fixture.take();
+    BOOST_TEST(fixture.snapshot().find(
+                   R"("state":"full","stateText":"Every seat is taken.","servers":[{"address":"a:1",)"
+                   R"("load":12.5,"placed":0,"age":0,"sessions":4,"seats":4,"state":"full",)") !=
+               std::string::npos);
+    fixture.board.note_states([](ServerLoad const&) { return SiteState::free; });
+    fixture.board.note_site(SiteState::free);
+    fixture.take(start + 1s, wall + 1s);
+    BOOST_TEST(fixture.update() ==
+               R"({"now":1700000001,"state":"free","stateText":"A machine is free.","rows":[{"row":0,)"
+               R"("load":12.5,"placed":0,"age":1,"sessions":4,"seats":4,"state":"free"}]})");
+    fixture.board.note_site(SiteState::free);
+    fixture.take(start + 2s, wall + 2s);
+    BOOST_TEST(fixture.update().empty());
+}
+
 BOOST_AUTO_TEST_CASE(watchers_learn_a_new_threshold_with_the_next_state)
 {
     Fixture fixture({});
