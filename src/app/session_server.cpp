@@ -1,3 +1,4 @@
+#include "async/first_of.hpp"
 #include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
 #include "current_notifier.hpp"
@@ -28,7 +29,6 @@
 #include <webots_cloud/service_report.hpp>
 #include <webots_cloud/session_service.hpp>
 
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 
@@ -217,7 +217,6 @@ result<MachineDiscoveryHooks> discovery_hooks(SessionConfig const& config, LoadM
 asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, SessionConfig config,
                                          Reload<SessionConfig> reload, Logger log)
 {
-    using namespace asio::experimental::awaitable_operators;
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor, config.ca_file, log);
     auto const websockets = make_websocket_client(executor, config.ca_file, log);
@@ -324,12 +323,12 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         return {};
     };
     auto const manager = make_service_manager();
-    auto const ended = co_await (
-        server->run(access) || redirect.run() || operators->run(access) || report_to(*manager, *clock) ||
-        service.run() || monitor.run() || discovery.run() || administrator.mail.run() || doctor.run(look) ||
-        app::sum_up_log(log, *clock) || app::keep_costs(scheduler, *costs, *clock, log) ||
-        app::obey_sighup(executor, std::move(reload), config, apply, log));
-    co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
+    auto parts = async::first_of(server->run(access), redirect.run(), operators->run(access),
+                                 report_to(*manager, *clock), service.run(), monitor.run(), discovery.run(),
+                                 administrator.mail.run(), doctor.run(look), app::sum_up_log(log, *clock),
+                                 app::keep_costs(scheduler, *costs, *clock, log),
+                                 app::obey_sighup(executor, std::move(reload), config, apply, log));
+    co_return co_await std::move(parts);
 }
 
 } // namespace webots_cloud

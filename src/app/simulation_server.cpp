@@ -1,3 +1,4 @@
+#include "async/first_of.hpp"
 #include "core/config/state_folder.hpp"
 #include "core/docker/docker_leftovers.hpp"
 #include "core/docker/docker_project.hpp"
@@ -47,8 +48,6 @@
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/simulation_service.hpp>
 #include <webots_cloud/slurm_mode.hpp>
-
-#include <boost/asio/experimental/awaitable_operators.hpp>
 
 #include <fstream>
 
@@ -445,7 +444,6 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                             Reload<SimulationConfig> reload, fs::path programs, Logger log,
                                             fs::path config_file)
 {
-    using namespace asio::experimental::awaitable_operators;
     programs = absolute_path(programs);
     auto const choice = choose_simulator(config, programs);
     if (!choice)
@@ -628,12 +626,12 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     };
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
-    auto const ended = co_await (
-        server->run(access) || redirect.run() || operators->run(access) || report_to(*manager, *clock) ||
-        service.run() || registration.run() || announcing.run() || run(docker.get(), slurm.get(), *clock) ||
-        doctor.run(look) || app::obey_sigusr1(executor, drain) || app::sum_up_log(log, *clock) ||
-        app::obey_sighup(executor, std::move(reload), config, apply, log) || logs->run());
-    co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
+    auto parts = async::first_of(
+        server->run(access), redirect.run(), operators->run(access), report_to(*manager, *clock),
+        service.run(), registration.run(), announcing.run(), run(docker.get(), slurm.get(), *clock),
+        doctor.run(look), app::obey_sigusr1(executor, drain), app::sum_up_log(log, *clock),
+        app::obey_sighup(executor, std::move(reload), config, apply, log), logs->run());
+    co_return co_await std::move(parts);
 }
 
 } // namespace webots_cloud

@@ -1,5 +1,6 @@
 #include <webots_cloud/session_service.hpp>
 
+#include "async/first_of.hpp"
 #include "class_endpoint.hpp"
 #include "client_relay.hpp"
 #include "core/access/asked_name.hpp"
@@ -24,8 +25,6 @@
 #include "web/assets.hpp"
 
 #include <webots_cloud/version.hpp>
-
-#include <boost/asio/experimental/awaitable_operators.hpp>
 
 #include <array>
 #include <map>
@@ -291,10 +290,9 @@ void SessionService::Impl::remove_server(std::string_view address)
 
 asio::awaitable<result<>> SessionService::run()
 {
-    using namespace asio::experimental::awaitable_operators;
-    auto const ended = co_await (impl_->carry_reports() || impl_->check_availability() ||
-                                 impl_->machine_metrics.run() || impl_->relay.run());
-    co_return std::visit([](result<> const& each) { return each; }, ended);
+    auto parts = async::first_of(impl_->carry_reports(), impl_->check_availability(),
+                                 impl_->machine_metrics.run(), impl_->relay.run());
+    co_return co_await std::move(parts);
 }
 
 asio::awaitable<result<>> SessionService::Impl::carry_reports()

@@ -1,6 +1,7 @@
 #include <webots_cloud/simulation_service.hpp>
 
 #include "async/deadline.hpp"
+#include "async/first_of.hpp"
 #include "core/access/tickets.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/monitor_sample.hpp"
@@ -15,7 +16,6 @@
 #include "route_table.hpp"
 #include "simulation_session.hpp"
 
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
@@ -152,25 +152,20 @@ void SimulationService::Impl::set_policy()
 
 asio::awaitable<result<>> SimulationService::run()
 {
-    using namespace asio::experimental::awaitable_operators;
-    if (!impl_->context.launcher.params().limits.any()) {
-        auto const ended = co_await (impl_->measure() || impl_->operators.look_at_processes());
-        co_return ended.index() == 0 ? std::get<0>(ended) : std::get<1>(ended);
-    }
-    auto const ended =
-        co_await (impl_->measure() || impl_->operators.look_at_processes() || impl_->watch_limits());
-    co_return std::visit([](result<> const& each) { return each; }, ended);
+    auto parts = async::first_of(impl_->measure(), impl_->operators.look_at_processes());
+    if (impl_->context.launcher.params().limits.any())
+        parts = async::first_of(std::move(parts), impl_->watch_limits());
+    co_return co_await std::move(parts);
 }
 
 asio::awaitable<result<>> SimulationService::Impl::watch_limits()
 {
-    using namespace asio::experimental::awaitable_operators;
     bool const has_disk = context.launcher.params().limits.disk > 0;
     if (!has_disk || !hooks.folder_meter)
         co_return co_await watch_processes(context, sessions);
-    auto const ended = co_await (watch_processes(context, sessions) ||
-                                 watch_folders(context, sessions, *hooks.folder_meter));
-    co_return std::visit([](result<> const& each) { return each; }, ended);
+    auto watches = async::first_of(watch_processes(context, sessions),
+                                   watch_folders(context, sessions, *hooks.folder_meter));
+    co_return co_await std::move(watches);
 }
 
 /// Once a second, until the server is stopped or has finished.

@@ -22,7 +22,7 @@ ABOVE_SERVICES = ['webots_cloud/adapters', 'webots_cloud/daemon.hpp', 'webots_cl
                   'webots_cloud/subordinate_users.hpp']
 ASIO_CORE = ['boost/asio/' + name for name in (
     'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'deferred', 'detached',
-    'experimental/awaitable_operators', 'experimental/channel', 'this_coro', 'use_awaitable', 'io_context')]
+    'experimental/awaitable_operators', 'experimental/channel', 'experimental/parallel_group', 'this_coro', 'use_awaitable', 'io_context')]
 FLOORS = {
     'include/webots_cloud': ['webots_cloud/', 'boost/system/', 'boost/asio/awaitable', 'boost/asio/any_io_executor'],
     'include/webots_cloud/testing': ['webots_cloud/', *ASIO_CORE],
@@ -38,7 +38,7 @@ FLOORS = {
                      'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'arpa/nameser.h', 'ares.h', 'ifaddrs.h',
                      'dlfcn.h', 'grp.h', 'pwd.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
-    'src/app': ['webots_cloud/', 'src/core/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
+    'src/app': ['webots_cloud/', 'src/core/', 'src/async/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
     'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp'],
     'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],

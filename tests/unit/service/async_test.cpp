@@ -1,10 +1,18 @@
 #include "unit_test.hpp"
 
 #include "async/deadline.hpp"
+#include "async/first_of.hpp"
 #include "async/task_count.hpp"
 #include "async/task_group.hpp"
 
 #include <webots_cloud/testing/world.hpp>
+
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
@@ -36,9 +44,87 @@ asio::awaitable<void> wait_for_ever(async::Wakeup& event)
     (void)co_await event.wait();
 }
 
+/// Ends after `delay`, or when it is cancelled: then it needs a second to tidy up. Adds its name to `story`.
+asio::awaitable<result<>> part(Clock& clock, Duration delay, std::string name,
+                               std::vector<std::string>& story)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    story.push_back(name + " begins");
+    auto const waited = co_await clock.wait_until(clock.now() + delay);
+    if (!waited) {
+        co_await asio::this_coro::reset_cancellation_state(); // so that it can wait once more
+        (void)co_await clock.wait_until(clock.now() + 1s);
+    }
+    story.push_back(name + (waited ? " ends" : " is cancelled"));
+    co_return Failure(errc::not_found, name);
+}
+
+asio::awaitable<result<>> break_after(Clock& clock, Duration delay)
+{
+    (void)co_await clock.wait_until(clock.now() + delay);
+    throw std::runtime_error("broken");
+}
+
+asio::awaitable<result<int>> number_of(asio::awaitable<result<>> parts)
+{
+    auto const ended = co_await std::move(parts);
+    co_return ended ? result<int>(0) : result<int>(ended.error());
+}
+
 } // namespace
 
 BOOST_AUTO_TEST_SUITE(async_primitives)
+
+BOOST_AUTO_TEST_CASE(the_first_of_several_parts_ends_the_others_and_its_result_counts)
+{
+    std::vector<std::string> const names{"a", "b", "c", "d"};
+    for (std::size_t first = 0; first < names.size(); ++first) {
+        testing::World world;
+        std::vector<std::string> story;
+        auto const delay = [first](std::size_t index) { return index == first ? 2s : 10s; };
+        auto const began = world.clock.now();
+        auto const ended = world.run(async::first_of(
+            part(world.clock, delay(0), "a", story), part(world.clock, delay(1), "b", story),
+            part(world.clock, delay(2), "c", story), part(world.clock, delay(3), "d", story)));
+        BOOST_TEST(ended.error().message().find(names[first]) != std::string::npos);
+        BOOST_TEST((world.clock.now() - began == Duration(3s))); // all have tidied up
+        BOOST_TEST(world.clock.pending() == 0u);
+        auto const begun = std::vector<std::string>{"a begins", "b begins", "c begins", "d begins"};
+        BOOST_TEST((std::vector(story.begin(), story.begin() + 4) == begun));
+        BOOST_TEST(story.at(4) == names[first] + " ends");
+        BOOST_TEST(std::count_if(story.begin(), story.end(),
+                                 [](auto const& line) { return line.ends_with("is cancelled"); }) == 3);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_part_that_throws_ends_the_others_too)
+{
+    for (bool const comes_first : {true, false}) {
+        testing::World world;
+        std::vector<std::string> story;
+        auto const began = world.clock.now();
+        auto lasting = part(world.clock, 10s, "a", story);
+        auto broken = break_after(world.clock, 2s);
+        auto parts = comes_first ? async::first_of(std::move(broken), std::move(lasting))
+                                 : async::first_of(std::move(lasting), std::move(broken));
+        BOOST_CHECK_THROW(world.run(std::move(parts)), std::runtime_error);
+        BOOST_TEST((world.clock.now() - began == Duration(3s)));
+        BOOST_TEST(story.back() == "a is cancelled");
+    }
+}
+
+BOOST_AUTO_TEST_CASE(whoever_waits_for_the_first_part_can_cancel_all)
+{
+    testing::World world;
+    std::vector<std::string> story;
+    auto parts = async::first_of(part(world.clock, 10s, "a", story), part(world.clock, 10s, "b", story),
+                                 part(world.clock, 10s, "c", story));
+    auto const began = world.clock.now();
+    auto const ended = world.run(async::with_deadline(world.clock, began + 2s, number_of(std::move(parts))));
+    BOOST_TEST((ended.error() == errc::timed_out));
+    BOOST_TEST((world.clock.now() - began == Duration(3s)));
+    BOOST_TEST(story.size() == 6u);
+}
 
 BOOST_AUTO_TEST_CASE(a_deadline_lets_what_is_in_time_through_and_leaves_no_timer)
 {
