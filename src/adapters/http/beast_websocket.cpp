@@ -1,3 +1,4 @@
+#include "client_stream.hpp"
 #include "core/text.hpp"
 #include "server_connection.hpp"
 
@@ -11,12 +12,10 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/websocket/ssl.hpp>
 #include <boost/beast/websocket/stream.hpp>
 
 #include <algorithm>
 #include <deque>
-#include <type_traits>
 
 namespace webots_cloud {
 namespace {
@@ -25,8 +24,7 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
-using adapters::EncryptedStream;
-using adapters::PlainStream;
+using adapters::ClientStream;
 using adapters::ServerTarget;
 using core::concat;
 
@@ -47,25 +45,17 @@ constexpr std::size_t max_close_reason = 123;
 
 /// A WebSocket that is open, or about to be. Operations that are under way share it, so that it outlives the
 /// channel for as long as they need to end.
-template<class Stream>
-class OpenWebSocket final : public std::enable_shared_from_this<OpenWebSocket<Stream>>
+class OpenWebSocket final : public std::enable_shared_from_this<OpenWebSocket>
 {
 public:
-    template<class... Arguments>
+    /// Plain without `tls`.
     OpenWebSocket(WebSocketRequest const& request, asio::any_io_executor const& executor,
-                  Arguments&... arguments)
-        : stream_(executor, arguments...), changed_(executor, TimePoint::max()), closing_deadline_(executor),
+                  asio::ssl::context* tls)
+        : stream_(executor, tls), changed_(executor, TimePoint::max()), closing_deadline_(executor),
           max_message_(request.max_message), max_queued_(request.max_queued)
     {}
 
-    PlainStream& lowest() { return beast::get_lowest_layer(stream_); }
-    EncryptedStream* encrypted()
-    {
-        if constexpr (std::is_same_v<Stream, EncryptedStream>)
-            return &stream_.next_layer();
-        else
-            return nullptr;
-    }
+    ClientStream& connection() { return stream_.next_layer(); }
 
     asio::awaitable<result<>> shake_hands(WebSocketRequest const& request, ServerTarget const& target,
                                           TimePoint deadline);
@@ -102,7 +92,7 @@ private:
     void end_of_reading(beast::error_code error);
     void notify() { changed_.cancel(); }
 
-    websocket::stream<Stream, false> stream_;
+    websocket::stream<ClientStream, false> stream_;
     asio::steady_timer changed_; ///< Never expires: `notify` cancels it to wake who receives.
     asio::steady_timer closing_deadline_;
     std::size_t max_message_;
@@ -154,8 +144,7 @@ Failure handshake_failure(beast::error_code error, websocket::response_type cons
     return Failure(errc::unreachable, error.message());
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::set_limits(WebSocketRequest const& request, TimePoint deadline)
+void OpenWebSocket::set_limits(WebSocketRequest const& request, TimePoint deadline)
 {
     auto const left =
         std::max<Duration>(deadline - std::chrono::steady_clock::now(), std::chrono::milliseconds(1));
@@ -181,11 +170,10 @@ void OpenWebSocket<Stream>::set_limits(WebSocketRequest const& request, TimePoin
     });
 }
 
-template<class Stream>
-asio::awaitable<result<>> OpenWebSocket<Stream>::shake_hands(WebSocketRequest const& request,
-                                                             ServerTarget const& target, TimePoint deadline)
+asio::awaitable<result<>> OpenWebSocket::shake_hands(WebSocketRequest const& request,
+                                                     ServerTarget const& target, TimePoint deadline)
 {
-    lowest().expires_never(); // from here on the WebSocket's own deadlines count
+    connection().lowest().expires_never(); // from here on the WebSocket's own deadlines count
     set_limits(request, deadline);
     websocket::response_type answer;
     auto const host = host_field(target);
@@ -201,19 +189,17 @@ asio::awaitable<result<>> OpenWebSocket<Stream>::shake_hands(WebSocketRequest co
     co_return result<>();
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::read()
+void OpenWebSocket::read()
 {
     if (is_reading_ || has_ended_ || closing_ || is_full())
         return;
     is_reading_ = true;
-    stream_.async_read(incoming_, [self = this->shared_from_this()](beast::error_code error, std::size_t) {
+    stream_.async_read(incoming_, [self = shared_from_this()](beast::error_code error, std::size_t) {
         self->take_read(error);
     });
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::take_read(beast::error_code error)
+void OpenWebSocket::take_read(beast::error_code error)
 {
     is_reading_ = false;
     if (error)
@@ -223,8 +209,7 @@ void OpenWebSocket<Stream>::take_read(beast::error_code error)
     read();
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::take_message()
+void OpenWebSocket::take_message()
 {
     received_.push_back(beast::buffers_to_string(incoming_.data()));
     received_bytes_ += incoming_.size();
@@ -234,8 +219,7 @@ void OpenWebSocket<Stream>::take_message()
     notify();
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::end_of_reading(beast::error_code error)
+void OpenWebSocket::end_of_reading(beast::error_code error)
 {
     if (closing_ || has_ended_)
         return;
@@ -253,8 +237,7 @@ void OpenWebSocket<Stream>::end_of_reading(beast::error_code error)
                     concat("the connection broke without a close frame: ", error.message())));
 }
 
-template<class Stream>
-result<> OpenWebSocket<Stream>::send(std::string text)
+result<> OpenWebSocket::send(std::string text)
 {
     if (closing_ || has_ended_)
         return Failure(errc::closed);
@@ -268,8 +251,7 @@ result<> OpenWebSocket<Stream>::send(std::string text)
     return {};
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::write()
+void OpenWebSocket::write()
 {
     if (is_writing_ || has_ended_)
         return;
@@ -279,14 +261,12 @@ void OpenWebSocket<Stream>::write()
         return;
     }
     is_writing_ = true;
-    stream_.async_write(asio::buffer(outgoing_.front()),
-                        [self = this->shared_from_this()](beast::error_code error, std::size_t) {
-                            self->take_written(error);
-                        });
+    stream_.async_write(
+        asio::buffer(outgoing_.front()),
+        [self = shared_from_this()](beast::error_code error, std::size_t) { self->take_written(error); });
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::take_written(beast::error_code error)
+void OpenWebSocket::take_written(beast::error_code error)
 {
     is_writing_ = false;
     if (has_ended_)
@@ -300,10 +280,9 @@ void OpenWebSocket<Stream>::take_written(beast::error_code error)
         end(Failure(errc::closed));
 }
 
-template<class Stream>
-asio::awaitable<result<std::string>> OpenWebSocket<Stream>::receive()
+asio::awaitable<result<std::string>> OpenWebSocket::receive()
 {
-    auto const self = this->shared_from_this();
+    auto const self = shared_from_this();
     while (received_.empty()) {
         if (closing_)
             co_return Failure(errc::closed);
@@ -324,8 +303,7 @@ asio::awaitable<result<std::string>> OpenWebSocket<Stream>::receive()
     co_return message;
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::close(std::uint16_t code, std::string reason)
+void OpenWebSocket::close(std::uint16_t code, std::string reason)
 {
     if (closing_ || has_ended_)
         return;
@@ -337,7 +315,7 @@ void OpenWebSocket<Stream>::close(std::uint16_t code, std::string reason)
         reason.pop_back();
     goodbye_ = websocket::close_reason(static_cast<websocket::close_code>(code), reason);
     closing_deadline_.expires_after(close_timeout);
-    closing_deadline_.async_wait([weak = this->weak_from_this()](beast::error_code cancelled) {
+    closing_deadline_.async_wait([weak = weak_from_this()](beast::error_code cancelled) {
         auto const self = weak.lock();
         if (self && !cancelled)
             self->end(Failure(errc::closed));
@@ -346,19 +324,17 @@ void OpenWebSocket<Stream>::close(std::uint16_t code, std::string reason)
     write();
 }
 
-template<class Stream>
-void OpenWebSocket<Stream>::send_close()
+void OpenWebSocket::send_close()
 {
     if (sends_close_)
         return;
     sends_close_ = true;
-    stream_.async_close(
-        goodbye_, [self = this->shared_from_this()](beast::error_code) { self->end(Failure(errc::closed)); });
+    stream_.async_close(goodbye_,
+                        [self = shared_from_this()](beast::error_code) { self->end(Failure(errc::closed)); });
 }
 
 /// Cuts the connection, if it is still there. What is under way ends soon, and has no effect any more.
-template<class Stream>
-void OpenWebSocket<Stream>::end(Failure why)
+void OpenWebSocket::end(Failure why)
 {
     if (has_ended_)
         return;
@@ -368,16 +344,15 @@ void OpenWebSocket<Stream>::end(Failure why)
     if (!is_writing_)
         outgoing_.clear();
     closing_deadline_.cancel();
-    lowest().close();
+    connection().lowest().close();
     notify();
 }
 
 /// What the caller of `connect` has.
-template<class Stream>
 class ClientChannel final : public Channel
 {
 public:
-    explicit ClientChannel(std::shared_ptr<OpenWebSocket<Stream>> socket) : socket_(std::move(socket)) {}
+    explicit ClientChannel(std::shared_ptr<OpenWebSocket> socket) : socket_(std::move(socket)) {}
     ~ClientChannel() override { socket_->abandon(); }
 
     result<> send(std::string text) override { return socket_->send(std::move(text)); }
@@ -387,7 +362,7 @@ public:
     std::uint16_t farewell() const noexcept override { return socket_->farewell(); }
 
 private:
-    std::shared_ptr<OpenWebSocket<Stream>> socket_;
+    std::shared_ptr<OpenWebSocket> socket_;
 };
 
 class BeastWebSocketClient final : public WebSocketClient
@@ -400,10 +375,10 @@ public:
     asio::awaitable<result<std::unique_ptr<Channel>>> connect(WebSocketRequest request) override;
 
 private:
-    template<class Stream, class... Arguments>
-    asio::awaitable<result<std::unique_ptr<Channel>>>
-    open(WebSocketRequest const& request, ServerTarget const& target,
-         std::vector<asio::ip::tcp::endpoint> addresses, TimePoint deadline, Arguments&... arguments);
+    asio::awaitable<result<std::unique_ptr<Channel>>> open(WebSocketRequest const& request,
+                                                           ServerTarget const& target,
+                                                           std::vector<asio::ip::tcp::endpoint> addresses,
+                                                           TimePoint deadline, asio::ssl::context* tls);
 
     asio::any_io_executor executor_;
     adapters::ServerDirectory servers_;
@@ -423,23 +398,23 @@ asio::awaitable<result<std::unique_ptr<Channel>>> BeastWebSocketClient::connect(
     if (state.cancelled() != asio::cancellation_type::none)
         co_return Failure(asio::error::operation_aborted);
     if (!target->tls)
-        co_return co_await open<PlainStream>(request, *target, std::move(*addresses), deadline);
+        co_return co_await open(request, *target, std::move(*addresses), deadline, nullptr);
     auto context = servers_.tls();
     if (!context)
         co_return context.error();
-    co_return co_await open<EncryptedStream>(request, *target, std::move(*addresses), deadline, *context);
+    co_return co_await open(request, *target, std::move(*addresses), deadline, &*context);
 }
 
-template<class Stream, class... Arguments>
 asio::awaitable<result<std::unique_ptr<Channel>>>
 BeastWebSocketClient::open(WebSocketRequest const& request, ServerTarget const& target,
                            std::vector<asio::ip::tcp::endpoint> addresses, TimePoint deadline,
-                           Arguments&... arguments)
+                           asio::ssl::context* tls)
 {
-    auto const socket = std::make_shared<OpenWebSocket<Stream>>(request, executor_, arguments...);
-    socket->lowest().expires_at(deadline);
-    auto const opened = co_await adapters::open_connection(socket->lowest(), socket->encrypted(), target,
-                                                           std::move(addresses));
+    auto const socket = std::make_shared<OpenWebSocket>(request, executor_, tls);
+    auto& connection = socket->connection();
+    connection.lowest().expires_at(deadline);
+    auto const opened = co_await adapters::open_connection(connection.lowest(), connection.encrypted(),
+                                                           target, std::move(addresses));
     if (!opened)
         co_return opened.error();
     auto const connected = co_await asio::this_coro::cancellation_state;
@@ -452,7 +427,7 @@ BeastWebSocketClient::open(WebSocketRequest const& request, ServerTarget const& 
     if (state.cancelled() != asio::cancellation_type::none)
         co_return Failure(asio::error::operation_aborted);
     socket->start();
-    std::unique_ptr<Channel> channel = std::make_unique<ClientChannel<Stream>>(socket);
+    std::unique_ptr<Channel> channel = std::make_unique<ClientChannel>(socket);
     co_return channel;
 }
 
