@@ -197,12 +197,59 @@ install_page_libraries()
 }
 
 # build TARGET
+# build TARGET: what of it is not built yet, showing how far it is in one line. What the tools say is in build/release/build.log.
 build()
 {
-    # Also when a library of the pages has come since.
+    local log=build/release/build.log
+    mkdir -p build/release
+    ordinary "$log"
+    : >"$log"
+    # Configured anew also when a library of the pages has come since.
     [[ -e build/release/build.ninja && ! build/node/src/web/view -nt build/release/build.ninja &&
-        ! build/node/src/web/class -nt build/release/build.ninja ]] || cmake --preset release
-    cmake --build --preset release --target "$1"
+        ! build/node/src/web/class -nt build/release/build.ninja ]] || cmake --preset release >"$log" 2>&1 || build_failed "$log"
+    NINJA_STATUS='[%f/%t] ' cmake --build --preset release --parallel "$(compilers)" --target "$1" 2>&1 | show_progress "$log" || build_failed "$log"
+}
+
+# How many compilers may run at once: each takes up to 1 GB of memory.
+compilers()
+{
+    local room processors
+    processors=$(nproc)
+    room=$(awk '/^MemAvailable:/ { print int($2 / 1000000) }' /proc/meminfo)
+    echo $((room < 1 ? 1 : room < processors ? room : processors))
+}
+
+# show_progress LOG: keeps what Ninja says in the log, and counts its steps: in one line of a terminal, in four lines of anything else.
+show_progress()
+{
+    local line step steps quarter told=0
+    while IFS= read -r line; do
+        printf '%s\n' "$line" >>"$1"
+        [[ $line =~ ^\[([0-9]+)/([0-9]+)\]\  && ${BASH_REMATCH[1]} -gt 0 ]] || continue
+        step=${BASH_REMATCH[1]} steps=${BASH_REMATCH[2]}
+        if [[ -t 1 ]]; then
+            printf '\rBuilding: step %s of %s\033[K' "$step" "$steps"
+            [[ $step -lt $steps ]] || printf '\n'
+        else
+            quarter=$((4 * step / steps))
+            [[ $quarter -eq $told ]] || echo "Building: step $step of $steps"
+            told=$quarter
+        fi
+    done
+}
+
+# build_failed LOG: ends with what the tools complain of, without their command lines.
+build_failed()
+{
+    local lines=40
+    [[ ! -t 1 ]] || echo
+    if grep -q '^FAILED: ' "$1"; then
+        sed -n '/^FAILED: /,$p' "$1" | sed -e '/^FAILED: /{n;d}' -e '/^\[[0-9]/d' | head -n "$lines" >&2
+    else
+        tail -n "$lines" "$1" >&2
+    fi
+    ! grep -q 'Killed signal terminated' "$1" || echo "A compiler was killed, for the machine has too little memory: close other programs, or add swap space." >&2
+    fail "The build failed. All that it said is in $1."
 }
 
 start()

@@ -105,6 +105,42 @@ class Starting(ServerScriptTest):
         self.assertGreaterEqual(float(self.get("simulation", "/load")), 0)
         self.assertEqual(self.get("session", "/session"), f"ws://localhost:{self.ports['simulation']}")  # the first click
 
+    # As Ninja does, which cmake runs.
+    def build_says(self, *lines, status=0):
+        said = "".join(f"echo '{line}'\n" for line in lines)
+        self.write("bin/cmake", f'#!/bin/sh\n[ "$1" = --build ] || exit 0\n{said}exit {status}\n')
+
+    def test_a_build_is_a_few_lines_and_the_rest_is_in_its_log(self):
+        steps = [f"[{step}/100] Building CXX object {step}.o" for step in range(101)]
+        self.build_says(*steps)
+        self.assertEqual(self.start().splitlines()[:-3], [f"Building: step {step} of 100" for step in (25, 50, 75, 100)])
+        with open(self.path("build/release/build.log")) as log:
+            self.assertEqual(log.read().splitlines(), steps)
+
+    def test_a_build_counts_its_steps_in_one_line_of_a_terminal(self):
+        self.build_says(*[f"[{step}/100] Building CXX object {step}.o" for step in range(101)])
+        seen = subprocess.run(["script", "--quiet", "--return", "--command", "./server.sh start", "/dev/null"], cwd=self.folder,
+                              env=self.environment(), timeout=120, stdin=subprocess.DEVNULL, capture_output=True)
+        self.assertEqual(seen.returncode, 0, seen.stdout)
+        line = re.match(rb"(\rBuilding: step (\d+) of 100\x1b\[K)+\r*\n", seen.stdout)
+        self.assertTrue(line and line[2] == b"100", seen.stdout)
+        self.assertNotIn(b"Building", seen.stdout[line.end():])
+
+    def test_a_build_that_fails_shows_what_the_compiler_complains_of(self):
+        self.build_says("[1/2] Building CXX object a.o", "FAILED: b.o", "/usr/bin/c++ -c b.cpp", "b.cpp:1:1: error: no such thing",
+                        "[2/2] Building CXX object c.o", "ninja: build stopped: subcommand failed.", status=1)
+        status, output, errors = self.run_script("start")
+        self.assertEqual((status, errors.splitlines()), (1, [
+            "FAILED: b.o", "b.cpp:1:1: error: no such thing", "ninja: build stopped: subcommand failed.",
+            "The build failed. All that it said is in build/release/build.log."]), output)
+        self.assertNotIn("Started", output)
+
+    def test_a_build_that_lacks_memory_says_so(self):
+        self.build_says("FAILED: b.o", "/usr/bin/c++ -c b.cpp", "c++: fatal error: Killed signal terminated program cc1plus", status=1)
+        status, _, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        self.assertIn("too little memory", errors)
+
     # A build has just kept the machine busy: the first click would be refused.
     def test_a_start_waits_until_a_machine_is_free(self):
         with Machine(load="100.0") as machine:
