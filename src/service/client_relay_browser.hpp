@@ -86,7 +86,7 @@ struct ClientRelay::Browser : core::WaitingRoom::Customer
     // Kept close together: these are read for every waiting browser when places are told.
     Channel& channel;
     TimePoint told = TimePoint::min();
-    std::size_t told_ahead = 0;
+    core::WaitTold told_wait;
     core::WaitReason told_why = core::WaitReason::seat;
     bool wants_room = false; ///< Machines are free, but none has room for its world: others pass it.
     std::uint64_t world = 0; ///< A digest of the world and mode.

@@ -377,13 +377,14 @@ void ClientRelay::tell_place(Browser& browser, std::size_t ahead, TimePoint now)
 {
     auto const why = core::wait_reason(supply_, browser.wants_room, browser.refusals != nullptr);
     bool const is_news =
-        ahead != browser.told_ahead || why != browser.told_why || browser.told == TimePoint::min();
+        ahead != browser.told_wait.ahead() || why != browser.told_why || browser.told == TimePoint::min();
     if (!is_news && now - browser.told < longest_silence)
         return;
     browser.told = now;
-    browser.told_ahead = ahead;
-    browser.told_why = why;
-    core::PlaceInLine const place{ahead, expected_wait(browser, why, ahead, now), why};
+    if (std::exchange(browser.told_why, why) != why)
+        browser.told_wait.forget();
+    auto const wait = browser.told_wait.tell(ahead, expected_wait(browser, why, ahead, now), now);
+    core::PlaceInLine const place{ahead, wait, why};
     if (browser.options.shows_waiting) {
         give_ticket(browser, now);
         (void)browser.channel.send(core::waiting_message(place));

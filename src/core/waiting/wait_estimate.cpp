@@ -72,6 +72,24 @@ WaitRange rounded(WaitRange range)
     return {rounded_down(std::clamp<Duration>(range.least, 0s, most)), rounded_up(most)};
 }
 
+std::optional<WaitRange> WaitTold::tell(std::size_t ahead, std::optional<WaitRange> estimate, TimePoint now)
+{
+    bool const is_over = latest_ <= now;
+    if (ahead > ahead_ || (ahead < ahead_ && is_over))
+        forget();
+    else if (is_over)
+        return std::nullopt;
+    ahead_ = ahead;
+    if (!estimate)
+        return std::nullopt;
+    auto const range = rounded(*estimate); // as people have read it
+    if (latest_ == TimePoint::max())
+        earliest_ = TimePoint::max();
+    earliest_ = std::min(earliest_, now + range.least);
+    latest_ = std::min(latest_, now + range.most);
+    return WaitRange{std::max(earliest_ - now, Duration::zero()), latest_ - now};
+}
+
 void WaitEstimate::session_began(TimePoint now)
 {
     seen_ = seen_at(now);

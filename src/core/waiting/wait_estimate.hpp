@@ -22,6 +22,26 @@ struct WaitRange
 /// become 0, `most` is at least 5 s.
 WaitRange rounded(WaitRange range);
 
+/// What somebody who waits was told, so that it is never taken back while the place stays: the longer nobody
+/// leaves, the rarer departures seem, so that an estimate that is made anew grows all the time.
+class WaitTold
+{
+public:
+    /// What may be told now: the part that is left of the shortest range so far. Nothing where that is over,
+    /// as nobody knows then. A better place after that, or a worse one, begins anew.
+    std::optional<WaitRange> tell(std::size_t ahead, std::optional<WaitRange> estimate, TimePoint now);
+
+    /// That one waits for something else now.
+    void forget() noexcept { latest_ = TimePoint::max(); }
+
+    std::size_t ahead() const noexcept { return ahead_; }
+
+private:
+    std::size_t ahead_ = 0;
+    TimePoint earliest_ = TimePoint::max();
+    TimePoint latest_ = TimePoint::max(); ///< The end of the range; the maximum: there is none.
+};
+
 /// Expects that sessions end as if each had the same chance to end in the next second, however long it has
 /// lasted: exponential lengths. The rate is the number of departures divided by the time that all sessions
 /// together have lasted, those that still run included (the estimate of greatest likelihood from censored

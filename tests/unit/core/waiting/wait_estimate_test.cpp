@@ -49,6 +49,45 @@ BOOST_AUTO_TEST_CASE(before_five_departures_there_is_none)
     BOOST_TEST(after(5, now).expect(0, now).has_value());
 }
 
+// Issue 42, item 3: people read 10, then 15, then 20 seconds.
+BOOST_AUTO_TEST_CASE(what_somebody_was_told_is_not_taken_back_while_nobody_leaves)
+{
+    TimePoint now;
+    auto const estimate = after(5, now);
+    BOOST_TEST((estimate.expect(0, now + 30s)->most > estimate.expect(0, now)->most), "made anew it grows");
+    core::WaitTold told;
+    auto const first = rounded(*told.tell(0, estimate.expect(0, now), now));
+    BOOST_TEST((first == rounded(*estimate.expect(0, now))));
+    auto before = first;
+    for (auto waited = 1s; waited < first.most; waited += 1s) {
+        auto const range = told.tell(0, estimate.expect(0, now + waited), now + waited);
+        BOOST_TEST_REQUIRE(range.has_value());
+        BOOST_TEST(((waited + range->most) == first.most), "it counts down");
+        BOOST_TEST((rounded(*range).least <= before.least && rounded(*range).most <= before.most));
+        before = rounded(*range);
+    }
+    BOOST_TEST(!told.tell(0, estimate.expect(0, now + first.most), now + first.most),
+               "nobody knows any more");
+    auto const later = now + 3 * first.most;
+    BOOST_TEST(!told.tell(0, estimate.expect(0, later), later));
+}
+
+BOOST_AUTO_TEST_CASE(another_place_is_another_wait)
+{
+    auto const range = [](auto least, auto most) { return WaitRange{least, most}; };
+    core::WaitTold told;
+    told.tell(3, range(60s, 120s), start);
+    BOOST_TEST((*told.tell(2, range(60s, 150s), start + 60s) == range(0s, 60s)),
+               "better: no longer than said");
+    BOOST_TEST((*told.tell(2, range(5s, 10s), start + 60s) == range(0s, 10s)), "and perhaps shorter");
+    BOOST_TEST((*told.tell(4, range(60s, 150s), start + 60s) == range(60s, 150s)), "somebody came before");
+    BOOST_TEST(!told.tell(4, range(60s, 150s), start + 60s + 150s));
+    BOOST_TEST((*told.tell(3, range(30s, 60s), start + 220s) == range(30s, 60s)), "it goes on after all");
+    BOOST_TEST(!told.tell(3, std::nullopt, start + 221s));
+    told.forget();
+    BOOST_TEST((*told.tell(3, range(2min, 4min), start + 222s) == range(2min, 4min)), "for something else");
+}
+
 BOOST_AUTO_TEST_CASE(while_nothing_runs_there_is_none)
 {
     TimePoint now;
