@@ -98,6 +98,21 @@ class LostConnections(unittest.IsolatedAsyncioTestCase):
                 await other.socket.close(1000)
             simulation.wait_until_clean()
 
+    async def test_the_goodbye_of_a_proxy_that_reloads_is_not_that_of_the_visitor(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start(reconnect=True)
+                token = (await browser.hear("reconnectToken: ")).split()[1]
+                processes = simulation.simulators()
+                browser.socket.transport.write(b"\x88\x02\x03\xe9")  # as Caddy: 1001, not masked, and the end
+                browser.socket.transport.close()
+            wait_until(lambda: "it may return for 30.0 s" in simulation.log(), "nobody waits for the visitor")
+            async with Browser(simulation) as browser:
+                await browser.socket.send(json.dumps({"reconnect": token}))
+                await browser.hear("reconnectToken: ")
+                self.assertEqual(simulation.simulators(), processes)
+            simulation.wait_until_clean()
+
     async def test_a_page_that_does_not_say_so_is_not_waited_for(self):
         with server() as simulation:
             async with Browser(simulation) as browser:

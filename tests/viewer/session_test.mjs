@@ -97,9 +97,15 @@ class FakeSocket {
       server.loses(this, code);
   }
 
-  breaks(code = 1006) {
+  breaks(code = 1006, reason = '') {
     this.readyState = FakeSocket.CLOSED;
-    this.onclose?.({ code });
+    this.onclose?.({ code, reason });
+  }
+
+  // As Firefox does before the page hears that it is left.
+  goesAway() {
+    server.loses(this, 1001);
+    this.breaks(1001);
   }
 }
 
@@ -444,6 +450,35 @@ test('a session of a reloaded page returns with the ticket, and does not press p
   assert.ok(!sockets[1].sent.some((text) => text.startsWith('real-time')));
 });
 
+// Chromium closes them after that.
+test('a session of a page that Firefox reloads is not over when its connections close, and returns with the ticket', async () => {
+  fresh({ running: false });
+  await run();
+  const ticket = last('ticket')[1];
+  for (const socket of [...sockets])
+    socket.goesAway();
+  assert.deepEqual(last('ticket')[1], ticket, 'the page remembers it');
+  session.leave();
+  assert.equal(count('ended'), 0);
+  sockets = [];
+  await pass(5000);
+  assert.equal(sockets.length, 0);
+  await run({}, ticket);
+  assert.deepEqual(sockets[0].sent, ['{"reconnect":"secret"}']);
+});
+
+test('a proxy that reloads does not end the simulation, and a server that stops does', async () => {
+  fresh();
+  await run();
+  for (const socket of [...sockets])
+    socket.goesAway();
+  await pass(5000);
+  assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
+  server.lease.breaks(1001, 'the server is stopping');
+  await pass(100);
+  assert.equal(last('ended')[1].text, say('lease.serverStops'));
+});
+
 // --- the line of a session server ---
 
 const OWN = 'ws://s';
@@ -536,7 +571,7 @@ test("a website's project waits in the line, too, and keeps its place", async ()
   assert.deepEqual(opening(sockets.at(-1)), { ...project, waiting: true, waitingTicket: 'ticket-1' });
 });
 
-for (const code of [1006, 1012]) {
+for (const code of [1001, 1006, 1012]) {
   test(`a place in the line is kept when the connection closes with ${code}`, async () => {
     await waitInLine();
     assert.deepEqual(last('ticket')[1], { machine: OWN, waiting: 'ticket-1' });

@@ -218,9 +218,9 @@ std::size_t WebSocketChannel::queued() noexcept
 asio::awaitable<result<std::string>> WebSocketChannel::receive()
 {
     while (received_.empty()) {
-        if (closing_)
+        if (closing_ && !broken_)
             co_return Failure(errc::closed);
-        if (lost_)
+        if (broken_ || lost_)
             co_return Failure(errc::unreachable, why_lost());
         (void)co_await changed_.async_wait(asio::as_tuple(asio::deferred));
         auto const state = co_await asio::this_coro::cancellation_state;
@@ -269,6 +269,8 @@ asio::awaitable<void> WebSocketChannel::finish()
 
 std::string WebSocketChannel::why_lost() const
 {
+    if (broken_) // for instance a close frame that is not masked: the goodbye of a proxy, not of the browser
+        return "what came last was not from a browser: a proxy in between may have closed the connection";
     if (!silent_)
         return "the connection broke without a close frame";
     auto const patience = params_.ping_after + params_.pong_timeout;

@@ -18,6 +18,8 @@ const LINE_SILENT_MS = 25000; // who waits hears something every 10 s
 const FIRST_OPENING_MS = 30000;
 const RETURN_ANSWER_MS = 5000;
 const BROKEN = [1006, 1012, 1013, 1014]; // the others mean that a server has closed the connection on purpose
+const GOING_AWAY = 1001; // of a server that stops, which says so; of Firefox, before it tells the page that it is left; of a proxy that reloads
+const STOPPING = 'the server is stopping';
 const GONE = 1000;
 const GIVEN_UP = 4000; // a code with which we return
 
@@ -104,7 +106,7 @@ export class Lease extends EventTarget {
       this.#socket.send(this.#opening());
     };
     this.#socket.onmessage = ({ data }) => typeof data === 'string' && this.#receive(data);
-    this.#socket.onclose = ({ code }) => this.#lose(code, false);
+    this.#socket.onclose = ({ code, reason }) => this.#lose(code === GOING_AWAY && reason !== STOPPING ? BROKEN[0] : code, false);
     this.#timer = setTimeout(() => this.#giveUp(), this.#lostSince === null ? FIRST_OPENING_MS : RETURN_ANSWER_MS);
   }
 
