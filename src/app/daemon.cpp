@@ -1,8 +1,9 @@
+#include "async/first_of.hpp"
+
 #include <webots_cloud/daemon.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/use_awaitable.hpp>
@@ -22,16 +23,13 @@ namespace asio = boost::asio;
 asio::awaitable<result<>> await_signal(asio::signal_set& signals)
 {
     (void)co_await signals.async_wait(asio::as_tuple(asio::use_awaitable));
-    co_return Failure(asio::error::operation_aborted);
+    co_return result<>();
 }
 
 asio::awaitable<result<>> until_signal(asio::signal_set& signals, asio::awaitable<result<>> body)
 {
-    using namespace asio::experimental::awaitable_operators;
-    auto const ended = co_await (std::move(body) || await_signal(signals));
-    if (ended.index() == 1)
-        co_return result<>();
-    co_return std::get<0>(ended);
+    auto either = async::first_of(std::move(body), await_signal(signals));
+    co_return co_await std::move(either);
 }
 
 // Room for all that most sites ever open at once; it takes half a megabyte of the kernel's memory.

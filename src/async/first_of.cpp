@@ -11,6 +11,12 @@ namespace webots_cloud::async {
 
 namespace asio = boost::asio;
 
+Part as_part(asio::awaitable<void> body)
+{
+    co_await std::move(body);
+    co_return result<>();
+}
+
 Part first_of(std::vector<Part> parts)
 {
     auto const executor = co_await asio::this_coro::executor;

@@ -14,6 +14,9 @@ namespace webots_cloud::async {
 /// A part of a service: it runs until it is cancelled, or fails.
 using Part = boost::asio::awaitable<result<>>;
 
+/// What ends without a result, as a part.
+Part as_part(boost::asio::awaitable<void> body);
+
 /// Runs all parts, at least one. The first that ends cancels the others, which are awaited; the result is
 /// that of the first, or its exception.
 ///

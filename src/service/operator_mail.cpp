@@ -1,13 +1,13 @@
 #include <webots_cloud/operator_mail.hpp>
 
 #include "async/cancellation.hpp"
+#include "async/first_of.hpp"
 #include "async/wakeup.hpp"
 #include "core/notices/news_digest.hpp"
 #include "core/notices/notice_queue.hpp"
 #include "core/notices/notification.hpp"
 #include "core/text.hpp"
 
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
@@ -125,12 +125,13 @@ std::optional<TimePoint> OperatorMail::Impl::next_due() const
 /// Waits until a notice is due, or something has changed.
 asio::awaitable<void> OperatorMail::Impl::wait()
 {
-    using namespace asio::experimental::awaitable_operators;
     auto const due = next_due();
-    if (due)
-        (void)co_await (clock.wait_until(*due) || changed->wait());
-    else
+    if (!due) {
         (void)co_await changed->wait();
+        co_return;
+    }
+    auto either = async::first_of(clock.wait_until(*due), changed->wait());
+    (void)co_await std::move(either);
 }
 
 void OperatorMail::Impl::post(Notice notice)

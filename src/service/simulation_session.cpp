@@ -1,6 +1,7 @@
 #include "simulation_session.hpp"
 
 #include "async/cancellation.hpp"
+#include "async/first_of.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/sandbox/limits.hpp"
 #include "core/simulation/port_pool.hpp"
@@ -8,7 +9,6 @@
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
@@ -19,8 +19,6 @@ namespace asio = boost::asio;
 using core::concat;
 
 namespace {
-
-using namespace asio::experimental::awaitable_operators;
 
 constexpr auto progress_interval = std::chrono::milliseconds(500);
 
@@ -184,7 +182,9 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
     // Whichever ends first cancels the others: the simulation, the browser's connection, or the wait for
     // another connection that takes over.
     greet(channel);
-    co_await (simulate(channel) || receive(channel) || await_takeover());
+    auto parts = async::first_of(async::as_part(simulate(channel)), async::as_part(receive(channel)),
+                                 async::as_part(await_takeover()));
+    (void)co_await std::move(parts);
     channel_ = nullptr;
     co_await finish(channel);
 }
@@ -194,7 +194,9 @@ asio::awaitable<void> SimulationSession::resume(Channel& channel)
     greet(channel);
     tell_time(channel, life_.time_left(context_.clock.now()));
     announce(channel);
-    co_await (relay(channel) || receive(channel) || await_takeover());
+    auto parts = async::first_of(async::as_part(relay(channel)), async::as_part(receive(channel)),
+                                 async::as_part(await_takeover()));
+    (void)co_await std::move(parts);
     channel_ = nullptr;
     co_await finish(channel);
 }
@@ -298,7 +300,9 @@ Life::Next SimulationSession::end_connection()
 asio::awaitable<void> SimulationSession::await_return(TimePoint until)
 {
     ClosedChannel closed_channel;
-    co_await (relay(closed_channel) || await_takeover() || context_.clock.wait_until(until));
+    auto parts = async::first_of(async::as_part(relay(closed_channel)), async::as_part(await_takeover()),
+                                 context_.clock.wait_until(until));
+    (void)co_await std::move(parts);
 }
 
 /// Logs why the connection ended, and what follows from that.
@@ -563,8 +567,8 @@ asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_
 asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
 {
     auto progress = std::make_shared<FetchProgress>();
-    auto const outcome = co_await (fetch_project(progress) || show_progress(progress, channel));
-    auto const fetched = std::visit([](result<> const& either) { return either; }, outcome);
+    auto parts = async::first_of(fetch_project(progress), show_progress(progress, channel));
+    auto const fetched = co_await std::move(parts);
     if (!fetched)
         co_return fetched.error();
     if (!project_->notice.empty())
