@@ -1,4 +1,6 @@
+#include "client_stream.hpp"
 #include "core/text.hpp"
+#include "parse_message.hpp"
 #include "server_connection.hpp"
 
 #include <webots_cloud/adapters/http_client.hpp>
@@ -14,9 +16,7 @@
 #include <iterator>
 #include <optional>
 #include <sys/socket.h>
-#include <type_traits>
 #include <unordered_map>
-#include <variant>
 
 namespace webots_cloud {
 namespace {
@@ -51,25 +51,20 @@ constexpr auto max_age_of_tls = std::chrono::minutes(10);
 class Connection
 {
 public:
-    using Plain = adapters::PlainStream;
-    using Encrypted = adapters::EncryptedStream;
-
-    explicit Connection(asio::any_io_executor const& executor) { stream_.emplace<Plain>(executor); }
-    Connection(asio::any_io_executor const& executor, asio::ssl::context& context)
-        : must_end_at_(std::chrono::steady_clock::now() + max_age_of_tls)
-    {
-        stream_.emplace<Encrypted>(executor, context);
-    }
+    /// Plain without `tls`.
+    Connection(asio::any_io_executor const& executor, asio::ssl::context* tls)
+        : stream_(executor, tls),
+          must_end_at_(tls ? std::chrono::steady_clock::now() + max_age_of_tls : TimePoint::max())
+    {}
 
     /// As `adapters::open_connection`.
     asio::awaitable<result<>> open(ServerTarget const& target, std::vector<tcp::endpoint> addresses)
     {
-        return adapters::open_connection(lowest(), std::get_if<Encrypted>(&stream_), target,
-                                         std::move(addresses));
+        return adapters::open_connection(stream_.lowest(), stream_.encrypted(), target, std::move(addresses));
     }
     asio::awaitable<result<HttpResponse>> exchange(std::string request, std::size_t body_limit);
 
-    void expires_at(TimePoint when) { lowest().expires_at(when); }
+    void expires_at(TimePoint when) { stream_.lowest().expires_at(when); }
     bool is_reusable() const noexcept
     {
         return reusable_ &&
@@ -79,23 +74,11 @@ public:
     bool has_answered() const noexcept { return answered_; }
 
 private:
-    beast::tcp_stream& lowest()
-    {
-        if (auto* plain = std::get_if<Plain>(&stream_))
-            return *plain;
-        return beast::get_lowest_layer(std::get<Encrypted>(stream_));
-    }
     using Parser = http::response_parser<http::string_body>;
 
-    beast::error_code parse(Parser& parser);
-    static beast::error_code end(Parser& parser, beast::error_code why);
-    template<class Stream>
-    asio::awaitable<result<HttpResponse>> exchange_on(Stream& stream, std::string request,
-                                                      std::size_t body_limit);
-
-    std::variant<std::monostate, Plain, Encrypted> stream_;
+    adapters::ClientStream stream_;
     beast::flat_buffer buffer_{max_unparsed};
-    TimePoint must_end_at_ = TimePoint::max();
+    TimePoint must_end_at_;
     bool reusable_ = false;
     bool answered_ = false;
 };
@@ -135,49 +118,14 @@ Failure explain(beast::error_code error)
 
 asio::awaitable<result<HttpResponse>> Connection::exchange(std::string request, std::size_t body_limit)
 {
-    if (auto* plain = std::get_if<Plain>(&stream_))
-        return exchange_on(*plain, std::move(request), body_limit);
-    return exchange_on(std::get<Encrypted>(stream_), std::move(request), body_limit);
-}
-
-/// Takes what has come.
-beast::error_code Connection::parse(Parser& parser)
-{
-    beast::error_code failed;
-    std::size_t used = 1;
-    while (!failed && used > 0 && buffer_.size() > 0 && !parser.is_done()) {
-        used = parser.put(buffer_.data(), failed);
-        buffer_.consume(used);
-    }
-    if (failed == http::error::need_more)
-        failed = {};
-    return failed;
-}
-
-/// Nothing more comes: that may be how the answer ends.
-beast::error_code Connection::end(Parser& parser, beast::error_code why)
-{
-    if (why != asio::error::eof)
-        return why;
-    if (!parser.got_some())
-        return http::error::end_of_stream;
-    beast::error_code failed;
-    parser.put_eof(failed);
-    return failed;
-}
-
-template<class Stream>
-asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, std::string request,
-                                                              std::size_t body_limit)
-{
     reusable_ = false;
     answered_ = false;
     auto rest = asio::buffer(request);
-    if constexpr (std::is_same_v<Stream, Plain>)
-        rest += send_at_once(stream.socket(), request);
+    if (!stream_.encrypted())
+        rest += send_at_once(stream_.lowest().socket(), request);
     if (rest.size() > 0) {
         auto const [error, written] =
-            co_await asio::async_write(stream, rest, asio::as_tuple(asio::use_awaitable));
+            co_await asio::async_write(stream_, rest, asio::as_tuple(asio::use_awaitable));
         if (error)
             co_return explain(error);
     }
@@ -191,10 +139,11 @@ asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, st
         if (room.size() == 0)
             co_return explain(http::error::buffer_overflow);
         auto const [read_error, read] =
-            co_await stream.async_read_some(room, asio::as_tuple(asio::use_awaitable));
+            co_await stream_.async_read_some(room, asio::as_tuple(asio::use_awaitable));
         buffer_.commit(read);
         received += read;
-        auto const parse_error = read_error ? end(parser, read_error) : parse(parser);
+        auto const parse_error =
+            read_error ? adapters::parse_end(parser, read_error) : adapters::parse_received(parser, buffer_);
         answered_ = parser.got_some();
         if (parse_error)
             co_return explain(parse_error);
@@ -314,11 +263,11 @@ asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request
 result<std::unique_ptr<Connection>> BeastClient::make_connection(bool tls)
 {
     if (!tls)
-        return std::make_unique<Connection>(executor_);
+        return std::make_unique<Connection>(executor_, nullptr);
     auto context = servers_.tls();
     if (!context)
         return context.error();
-    return std::make_unique<Connection>(executor_, *context);
+    return std::make_unique<Connection>(executor_, &*context);
 }
 
 /// Takes the deadline off a connection that may be used again.

@@ -1,5 +1,6 @@
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/http/http_response_text.hpp"
+#include "adapters/http/parse_message.hpp"
 #include "async/cancellation.hpp"
 #include "core/text.hpp"
 
@@ -16,11 +17,10 @@
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/error.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/read_size.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
-#include <boost/beast/http/write.hpp>
 
 #include <sys/poll.h>
 #include <sys/socket.h>
@@ -229,6 +229,24 @@ asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
     co_return Failure(asio::error::operation_aborted);
 }
 
+/// Reads until `parser` has all of a message.
+template<bool is_request>
+asio::awaitable<beast::error_code> read_message(Stream& stream, beast::flat_buffer& buffer,
+                                                http::basic_parser<is_request>& parser)
+{
+    beast::error_code failed;
+    parser.eager(true);
+    while (!failed && !parser.is_done()) {
+        auto const room = buffer.prepare(beast::read_size(buffer, max_head));
+        if (room.size() == 0)
+            co_return http::error::buffer_overflow;
+        auto const [error, size] = co_await stream.async_read_some(room, asio::as_tuple(asio::use_awaitable));
+        buffer.commit(size);
+        failed = error ? adapters::parse_end(parser, error) : adapters::parse_received(parser, buffer);
+    }
+    co_return failed;
+}
+
 asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket, Endpoint& endpoint)
 {
     Stream stream(std::move(socket));
@@ -236,8 +254,7 @@ asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket, Endpoi
     http::request_parser<http::empty_body> parser;
     parser.header_limit(max_head);
     stream.expires_after(patience);
-    auto const [unreadable, size] =
-        co_await http::async_read(stream, buffer, parser, asio::as_tuple(asio::use_awaitable));
+    auto const unreadable = co_await read_message(stream, buffer, parser);
     if (unreadable)
         co_return;
     std::vector<std::pair<std::string_view, std::string_view>> headers;
@@ -261,17 +278,15 @@ asio::awaitable<result<std::string>> ask(Protocol::endpoint where, std::string_v
     auto const [unreachable] = co_await stream.async_connect(where, asio::as_tuple(asio::use_awaitable));
     if (unreachable)
         co_return Failure(errc::unreachable, unreachable.message());
-    http::request<http::empty_body> request(http::string_to_verb(method), target, 11);
-    request.set(http::field::host, "localhost");
+    auto const request = concat(method, " ", target, " HTTP/1.1\r\nHost: localhost\r\n\r\n");
     auto const [unsent, sent] =
-        co_await http::async_write(stream, request, asio::as_tuple(asio::use_awaitable));
+        co_await asio::async_write(stream, asio::buffer(request), asio::as_tuple(asio::use_awaitable));
     if (unsent)
         co_return Failure(errc::unreachable, unsent.message());
-    beast::flat_buffer buffer;
+    beast::flat_buffer buffer(max_head);
     http::response_parser<http::string_body> parser;
     parser.body_limit(max_answer);
-    auto const [unread, size] =
-        co_await http::async_read(stream, buffer, parser, asio::as_tuple(asio::use_awaitable));
+    auto const unread = co_await read_message(stream, buffer, parser);
     if (unread == beast::error::timeout)
         co_return Failure(errc::timed_out, "the server has taken the request, and says nothing");
     if (unread)
