@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t max_files = 20;
-constexpr std::size_t max_file_size = std::size_t{1} << 18;
+constexpr std::size_t max_controller_file = std::size_t{1} << 18;
 
 /// Simulations run what others have written: a name must not lead anywhere else.
 bool is_plain_name(std::string_view name)
@@ -63,11 +63,11 @@ std::optional<std::string> read_text(fs::path const& path)
     Descriptor const file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     if (!file.is_regular_file())
         return std::nullopt;
-    std::string text(max_file_size + 1, '\0');
+    std::string text(max_controller_file + 1, '\0');
     std::size_t size = 0;
     for (;;) {
         auto const got = ::read(file.number(), text.data() + size, text.size() - size);
-        if (got < 0 || size + static_cast<std::size_t>(got) > max_file_size)
+        if (got < 0 || size + static_cast<std::size_t>(got) > max_controller_file)
             return std::nullopt;
         if (got == 0)
             break;
@@ -154,7 +154,7 @@ std::string save_controller_file(fs::path const& world_file, std::string const& 
     auto const named = printable(controller + "/" + file, 100);
     if (!is_plain_name(controller) || !is_plain_name(file))
         return "no file of a controller: " + named;
-    if (content.size() > max_file_size)
+    if (content.size() > max_controller_file)
         return "larger than 256 KiB: " + named;
     std::error_code error;
     auto const folder = folder_of(world_file, controller);

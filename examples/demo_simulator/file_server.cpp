@@ -11,7 +11,7 @@
 namespace webots_cloud::demo {
 namespace {
 
-constexpr std::uintmax_t max_file_size = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t max_served_file = std::uintmax_t{64} << 20;
 
 constexpr std::string_view page = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>webots_cloud demo simulator</title></head>
@@ -62,7 +62,7 @@ std::optional<std::filesystem::path> locate(std::filesystem::path const& root, s
         return std::nullopt;
     auto const file = std::filesystem::canonical(base / path, error);
     if (error || !std::filesystem::is_regular_file(file, error) ||
-        std::filesystem::file_size(file, error) > max_file_size)
+        std::filesystem::file_size(file, error) > max_served_file)
         return std::nullopt;
     auto const [end, unused] = std::mismatch(base.begin(), base.end(), file.begin(), file.end());
     return end == base.end() ? std::optional(file) : std::nullopt;

@@ -1,6 +1,7 @@
 #include "websocket_client.hpp"
 
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket/stream.hpp>
 
@@ -24,9 +25,9 @@ constexpr std::size_t max_queued_bytes = std::size_t{16} << 20;
 class WebSocketClient : public ClientOutlet, public std::enable_shared_from_this<WebSocketClient>
 {
 public:
-    WebSocketClient(beast::tcp_stream stream, http::request<http::empty_body> upgrade, Reception& reception,
-                    Seat seat)
-        : socket_(std::move(stream)), upgrade_(std::move(upgrade)), reception_(reception),
+    WebSocketClient(asio::ip::tcp::socket socket, http::request<http::empty_body> upgrade,
+                    Reception& reception, Seat seat)
+        : socket_(std::move(socket)), upgrade_(std::move(upgrade)), reception_(reception),
           seat_(std::move(seat))
     {}
 
@@ -40,7 +41,7 @@ public:
         socket_.auto_fragment(false);
         socket_.text(true);
         error_code ignored;
-        beast::get_lowest_layer(socket_).socket().set_option(asio::ip::tcp::no_delay(true), ignored);
+        socket_.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
         socket_.async_accept(upgrade_, [self = shared_from_this()](error_code error) {
             if (!error)
                 self->open();
@@ -53,8 +54,9 @@ public:
             return;
         queued_bytes_ += text->size();
         queue_.push_back(std::move(text));
+        error_code ignored;
         if (queue_.size() > max_queued_frames || queued_bytes_ > max_queued_bytes)
-            beast::get_lowest_layer(socket_).close(); // the pending operations end with an error
+            socket_.next_layer().close(ignored); // the pending operations end with an error
         else if (queue_.size() == 1)
             write_next();
     }
@@ -94,7 +96,9 @@ private:
 
     void close() { reception_.close_client(*id_); }
 
-    websocket::stream<beast::tcp_stream> socket_;
+    /// Without compression, which browsers of pictures do not get, and without the deadlines of a Beast
+    /// stream: the compiler would write both for each of its operations.
+    websocket::stream<asio::ip::tcp::socket, false> socket_;
     http::request<http::empty_body> upgrade_;
     beast::flat_buffer buffer_;
     Reception& reception_;
@@ -109,7 +113,7 @@ private:
 void serve_websocket(beast::tcp_stream stream, http::request<http::empty_body> upgrade, Reception& reception,
                      Seat seat)
 {
-    std::make_shared<WebSocketClient>(std::move(stream), std::move(upgrade), reception, std::move(seat))
+    std::make_shared<WebSocketClient>(stream.release_socket(), std::move(upgrade), reception, std::move(seat))
         ->accept();
 }
 

@@ -16,7 +16,7 @@ namespace {
 constexpr std::array<Colour, 6> palette{Colour{0.16, 0.44, 0.86}, {0.88, 0.26, 0.21}, {0.20, 0.65, 0.33},
                                         {0.95, 0.68, 0.12},       {0.58, 0.34, 0.80}, {0.10, 0.66, 0.68}};
 
-constexpr std::size_t max_file_size = std::size_t{16} << 20;
+constexpr std::size_t max_world_file = std::size_t{16} << 20;
 
 double number(vrml::Node const& node, std::string_view field, std::size_t index, double otherwise, double min,
               double max)
@@ -164,7 +164,7 @@ World world_from_file(std::filesystem::path const& file)
     std::error_code error;
     if (!std::filesystem::is_regular_file(file, error))
         throw std::runtime_error("could not open file: '" + file.string() + "'");
-    if (std::filesystem::file_size(file, error) > max_file_size || error)
+    if (std::filesystem::file_size(file, error) > max_world_file || error)
         throw std::runtime_error("file is larger than 16 MiB: '" + file.string() + "'");
     std::ifstream stream(file, std::ios::binary);
     std::string const text{std::istreambuf_iterator<char>(stream), {}};
