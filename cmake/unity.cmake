@@ -1,22 +1,38 @@
-# Compiles the files of each folder of a library as one: half the time for builds from nothing, such as those of the sanitizers. Builds for
-# development and releases compile each file alone, so that every file is known to include what it needs, and a change costs little.
+# Compiles the files of each folder of a library together, which takes half the time of compiling each alone: most of it goes into the headers
+# and templates that they share. So do releases, which people build from nothing, and the sanitizers. The preset `dev` compiles each file
+# alone, so that every file is known to include what it needs, and a change costs little.
 option(WEBOTS_CLOUD_UNITY_BUILD "Compile the files of each folder of the library as one" OFF)
 
-# webots_cloud_unity_build(TARGET [ALONE]): ALONE is a regular expression of the files that are compiled alone even so.
+# Of one compilation: more would take more than 1 GB of memory, and leave nothing to do side by side.
+set(webots_cloud_unity_batch 20)
+
+# webots_cloud_unity_build(TARGET [ALONE]): ALONE is a regular expression of the files that are compiled alone even so. Files that have a
+# UNITY_GROUP already keep it.
 function(webots_cloud_unity_build target)
     if(NOT WEBOTS_CLOUD_UNITY_BUILD)
         return()
     endif()
     get_target_property(sources ${target} SOURCES)
-    list(FILTER sources INCLUDE REGEX "\\.cpp$")
+    list(FILTER sources INCLUDE REGEX "^[^/].*\\.cpp$") # not what is written while building
     if(ARGC GREATER 1)
         set(alone ${sources})
         list(FILTER alone INCLUDE REGEX "${ARGV1}")
         set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+        list(FILTER sources EXCLUDE REGEX "${ARGV1}")
     endif()
     foreach(source IN LISTS sources)
+        get_source_file_property(group ${source} UNITY_GROUP)
+        if(group)
+            continue()
+        endif()
         cmake_path(GET source PARENT_PATH folder)
-        set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${folder}")
+        string(MAKE_C_IDENTIFIER "files_of_${folder}" count)
+        if(NOT DEFINED ${count})
+            set(${count} 0)
+        endif()
+        math(EXPR batch "${${count}} / ${webots_cloud_unity_batch} + 1")
+        math(EXPR ${count} "${${count}} + 1")
+        set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${folder}_${batch}")
     endforeach()
     # It warns of headers, which may not name what another file has to itself: here there are only .cpp files.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)

@@ -19,7 +19,7 @@ using webots_cloud::result;
 
 namespace {
 
-constexpr std::size_t max_file_size = std::size_t{1} << 20;
+constexpr std::size_t max_configuration = std::size_t{1} << 20;
 
 /// Thrown and caught in this file only.
 struct Invalid : std::runtime_error
@@ -191,7 +191,7 @@ result<Configuration> read_configuration(std::filesystem::path const& file)
     auto const refuse = [&](std::string const& why) {
         return Failure(errc::invalid_config, file.string() + ": " + why + ".");
     };
-    auto const text = webots_cloud::read_regular_file(file, max_file_size);
+    auto const text = webots_cloud::read_regular_file(file, max_configuration);
     if (!text)
         return refuse(text.error().message());
     boost::system::error_code malformed;

@@ -20,7 +20,7 @@ using webots_cloud::SharedBody;
 
 namespace {
 
-constexpr std::size_t max_file_size = std::size_t{4} << 20;
+constexpr std::size_t max_page_file = std::size_t{4} << 20;
 constexpr std::size_t max_modules = 100;
 
 void replace(std::string& text, std::string_view what, std::string_view with)
@@ -32,7 +32,7 @@ void replace(std::string& text, std::string_view what, std::string_view with)
 /// The file of a package that `import "<package>"` means, from the package's folder; empty: none.
 std::string entry_of(fs::path const& package)
 {
-    auto const text = webots_cloud::read_regular_file(package / "package.json", max_file_size);
+    auto const text = webots_cloud::read_regular_file(package / "package.json", max_page_file);
     if (!text)
         return {};
     boost::system::error_code malformed;
@@ -70,7 +70,7 @@ result<Page> Page::load(fs::path const& folder, fs::path const& modules)
 {
     Page page;
     for (auto const* const name : {"index.html", "page.js", "editor.js", "page.css"}) {
-        auto text = webots_cloud::read_regular_file(folder / name, max_file_size);
+        auto text = webots_cloud::read_regular_file(folder / name, max_page_file);
         if (!text)
             return Failure(errc::invalid_config,
                            (folder / name).string() + " can't be read (" + text.error().message() +
@@ -85,7 +85,7 @@ result<Page> Page::load(fs::path const& folder, fs::path const& modules)
         auto const entry = fs::path(entry_of(modules / name)).lexically_normal();
         if (entry.empty() || entry.is_absolute() || *entry.begin() == ".." || entry.extension() != ".js")
             continue;
-        auto text = webots_cloud::read_regular_file(modules / name / entry, max_file_size);
+        auto text = webots_cloud::read_regular_file(modules / name / entry, max_page_file);
         if (!text)
             continue;
         auto const path = "/modules/" + name + ".js";
