@@ -419,7 +419,15 @@ bool Machine::lacks_memory(ExpectedCost const& cost, SchedulerParams const& para
 bool Machine::lacks_room(ExpectedCost const& cost) const noexcept
 {
     bool const has_others = view_.sessions + view_.pending > 0;
-    return cost.is_known && has_others && score(cost) * weight_ > all_of_it;
+    if (!cost.is_known || !has_others)
+        return false;
+    // What sessions were measured to use, where machines say it: the cost that is assumed at first makes a
+    // small world a heavy one beside a busy neighbour.
+    auto const average = average_.largest();
+    double const unit = average > 0 ? 100 * average : cost_.value();
+    auto const known = average_.compare(cost);
+    double const next = unseen_ + known.mean + std::sqrt(variance_ + known.variance);
+    return level_ + unit * next / room_ > all_of_it;
 }
 
 /// What a session too many would miss there; `none`: there is room.

@@ -131,7 +131,8 @@ public:
     bool has_project(std::uint32_t key) const noexcept;
     /// That session would fill its memory.
     bool lacks_memory(ExpectedCost const& cost, SchedulerParams const& params) const noexcept;
-    /// That session, of which something is known, would want more than all of a machine that has others.
+    /// That session, of which something is known, would want more than all of a machine that has others, by
+    /// what sessions have been measured to use.
     bool lacks_room(ExpectedCost const& cost) const noexcept;
     /// How many more sessions it has room for: an estimate.
     std::uint32_t free_seats() const noexcept { return free_seats_; }

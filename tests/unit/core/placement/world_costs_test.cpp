@@ -468,6 +468,31 @@ BOOST_FIXTURE_TEST_CASE(who_can_wait_waits_for_a_machine_with_room_for_the_world
     BOOST_TEST(place(of("q", "heavy"), true).value().address == "b");
 }
 
+// Issue 42, item 3.
+BOOST_AUTO_TEST_CASE(a_small_world_is_not_heavy_beside_a_busy_neighbour)
+{
+    Fixture site({}, {"a"});
+    TimePoint now = start;
+    auto const watch = [&](double load, double each, int reports) {
+        for (int seen = 0; seen != reports; ++seen)
+            site.scheduler.report("a", Campus::with(load, 2, {use_of("r", "arena", 1, each)}),
+                                  now += seconds(5));
+    };
+    auto const fits = [&] {
+        auto request = Campus::of("r", "arena");
+        request.only_free = request.must_fit = true;
+        auto const placement = site.scheduler.place(request, now);
+        if (placement)
+            site.scheduler.release(*placement, now);
+        return placement.has_value();
+    };
+    watch(8, 0.08, 60);  // 8 % of a processor
+    watch(90, 0.08, 10); // another program takes nearly all of both
+    BOOST_TEST(fits(), "four percent of the machine");
+    watch(90, 0.6, 720); // now it is a heavy one
+    BOOST_TEST(!fits());
+}
+
 BOOST_FIXTURE_TEST_CASE(a_machine_without_sessions_has_room_for_every_world, Campus)
 {
     scheduler.mark_unreachable("b", now);
