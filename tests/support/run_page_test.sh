@@ -1,5 +1,5 @@
 #!/bin/bash
-# run_page_test.sh SCRIPT: runs tests of pages, which need Node.js, Playwright and Chromium. Exit code 77: one of them is missing.
+# run_page_test.sh SCRIPT [firefox]: runs tests of pages, which need Node.js, Playwright and Chromium, or Firefox ESR. Exit code 77: one of them is missing.
 
 skip()
 {
@@ -10,6 +10,8 @@ skip()
 packages=$(dirname "${BASH_SOURCE[0]}")/../../build/node/tests/viewer/node_modules
 command -v node >/dev/null || skip "there is no node (package nodejs)"
 [[ -d $packages/playwright-core && -d $packages/axe-core ]] || skip "Playwright is missing: test.sh installs it with npm"
-[[ -x /usr/bin/chromium ]] || skip "/usr/bin/chromium is missing (package chromium)"
+export WEBOTS_CLOUD_BROWSER=${2:-chromium}
+program=/usr/bin/${WEBOTS_CLOUD_BROWSER/%firefox/firefox-esr}
+[[ -x $program ]] || skip "$program is missing (package ${program##*/})"
 /usr/bin/python3 -c 'import websockets' 2>/dev/null || skip "websockets is missing (package python3-websockets)"
 exec node "$1"

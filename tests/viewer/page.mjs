@@ -1,4 +1,4 @@
-// Chromium for tests of pages: one for each file of tests, and a new context, as fresh as a new profile, for each page.
+// Chromium or Firefox for tests of pages: one for each file of tests, and a new context, as fresh as a new profile, for each page.
 //
 //   const browser = await openBrowser();     // ends with the tests of the file
 //   test('…', async (t) => { const page = await openPage(t, browser, { viewport: { width: 360, height: 740 } }); … });
@@ -15,13 +15,29 @@ const require = createRequire(new URL('../../build/node/tests/viewer/package.jso
 const PATIENCE_MS = 15000;
 const ARGUMENTS = ['--disable-gpu', '--disable-dev-shm-usage', '--disable-quic', '--no-proxy-server', '--hide-scrollbars'];
 
+// Firefox is the one of the system, which Playwright drives by WebDriver BiDi.
+const FIREFOX = {
+  channel: 'moz-firefox',
+  executablePath: '/usr/bin/firefox-esr',
+  firefoxUserPrefs: {
+    'dom.w3c_touch_events.enabled': 1,
+    'ui.useOverlayScrollbars': 1, // they take no room, as in Chromium
+    'webgl.force-enabled': true // without a graphics card
+  }
+};
+const CHROMIUM = { executablePath: '/usr/bin/chromium', chromiumSandbox: false }; // Its sandbox refuses to start as root.
+
+// Which browser these tests run in: `firefox` or, if nothing is said, `chromium`.
+export const BROWSER = process.env.WEBOTS_CLOUD_BROWSER ?? 'chromium';
+
+// For the option `skip` of a test: the reason, in Firefox alone.
+export const inFirefox = (reason) => (BROWSER === 'firefox' ? reason : false);
+
+// `args` are those of Chromium.
 export async function openBrowser({ args = [] } = {}) {
-  const { chromium } = require('playwright-core');
-  const browser = await chromium.launch({
-    executablePath: '/usr/bin/chromium',
-    chromiumSandbox: false, // It refuses to start as root.
-    args: [...ARGUMENTS, ...args],
-  });
+  const { chromium, firefox } = require('playwright-core');
+  const browser = BROWSER === 'firefox' ? await firefox.launch(FIREFOX)
+    : await chromium.launch({ ...CHROMIUM, args: [...ARGUMENTS, ...args] });
   after(() => browser.close());
   return browser;
 }
@@ -34,7 +50,7 @@ export async function openPage(t, browser, { patience = PATIENCE_MS, ...options 
   loadWhole(page);
   const foreign = foreignRequests(page);
   const complaints = [];
-  page.on('pageerror', (error) => complaints.push(`${error}`));
+  page.on('pageerror', (error) => isOfBrowser(`${error}`) || complaints.push(`${error}`));
   t.after(async () => {
     await context.close();
     assert.deepEqual(foreign, [], 'requests to other hosts');
@@ -42,6 +58,10 @@ export async function openPage(t, browser, { patience = PATIENCE_MS, ...options 
   });
   return page;
 }
+
+// Firefox reports what it could not load, or was told not to, like an error in a script; Chromium writes it to the console.
+const isOfBrowser = (text) => BROWSER === 'firefox' &&
+  /^(Firefox can’t establish a connection|The connection to \S+ was interrupted|Cross-Origin Request Blocked:|Loading module from|Content-Security-Policy:)/.test(text);
 
 // Chromium drops what it is loading when a network interface of the machine comes or goes, as other tests make them do: then `goto` loads
 // the page once more.

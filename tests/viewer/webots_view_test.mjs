@@ -6,7 +6,7 @@ import { readFile } from 'node:fs/promises';
 import { before, beforeEach, describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
-import { accessibilityFindings, openBrowser, until } from './page.mjs';
+import { accessibilityFindings, inFirefox, openBrowser, until } from './page.mjs';
 
 const HERE = new URL('.', import.meta.url);
 const HOST = 'https://cloud.test'; // the session server, whose /view/ has the modules
@@ -459,7 +459,7 @@ describe('The editor of a page', () => {
     await heard('sync controller:line/line.py');
   });
 
-  test('saves at the website what a user has written, and only then in the simulator', async () => {
+  test('saves at the website what a user has written, and only then in the simulator', { skip: inFirefox('WebDriver BiDi does not tell what is posted') }, async () => {
     await open(PROJECT, USER);
     await state('paused');
     await page.evaluate(() => globalThis.view.saveController('line', 'line.py', 'x = 1'));
@@ -613,7 +613,7 @@ describe('What can go wrong', () => {
     }
   });
 
-  test('with 3D, the browser draws the scene where the page does not say otherwise', async (t) => {
+  test('with 3D, the browser draws the scene where the page does not say otherwise', { skip: inFirefox('without a graphics card it has no WebGL') }, async (t) => {
     if (!existsSync(new URL(`../..${LIBRARY}x_ite.min.mjs`, HERE)))
       return t.skip('x_ite is not installed (./test.sh does it, with npm)');
     cloud.hasLibrary = true;
