@@ -7,7 +7,7 @@ SiteState site_state(SiteFacts const& facts) noexcept
 {
     auto const count = [&](Refusal refusal) { return facts.machines[static_cast<std::size_t>(refusal)]; };
     bool const has_room = count(Refusal::none) > 0;
-    if (facts.is_available && (has_room || !facts.can_wait))
+    if (!depends_on_machines(facts) || (facts.is_available && has_room))
         return facts.waiting == 0 ? SiteState::free : SiteState::busy;
     if (has_room) // what is free is reserved
         return SiteState::full;

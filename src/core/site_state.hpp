@@ -35,6 +35,13 @@ struct SiteFacts
     std::size_t waiting = 0;   ///< In the line.
 };
 
+/// Whether the machines and `is_awaited` count. Otherwise they can be left out, as counting thousands takes
+/// long.
+constexpr bool depends_on_machines(SiteFacts const& facts) noexcept
+{
+    return !facts.is_available || facts.can_wait;
+}
+
 SiteState site_state(SiteFacts const& facts) noexcept;
 
 /// What keeps sessions from a machine, in the same words.

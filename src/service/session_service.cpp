@@ -107,7 +107,7 @@ struct SessionService::Impl
     asio::awaitable<void> show_availability(std::string name, ChannelInfo info, Channel& channel);
     void take(LoadEvent const& event);
     void update_availability(TimePoint now);
-    core::SiteState site_state(std::size_t waiting) const;
+    core::SiteState site_state(std::size_t waiting, bool is_available, TimePoint now) const;
     bool may_ask(std::string_view quota_key, TimePoint now);
     std::string address_of(std::string_view server, std::string_view host) const;
     std::string machine_address(std::string_view server, std::string_view host);
@@ -358,7 +358,10 @@ ClientRelayHooks SessionService::Impl::relay_hooks()
         classes.take_seat(student, seat, student_machine(entry, host), clock.now());
     };
     of_relay.public_address = std::bind_front(&Impl::public_address, this);
-    of_relay.supply = [this] { return site_state(0); };
+    of_relay.supply = [this] {
+        auto const now = clock.now();
+        return site_state(0, scheduler.available(now), now);
+    };
     of_relay.note_line = [this] { update_availability(clock.now()); };
     of_relay.class_of = [this](std::string_view student) { return classes.class_of(student); };
     return of_relay;
@@ -384,28 +387,29 @@ void SessionService::Impl::take(LoadEvent const& event)
 }
 
 /// `waiting`: in the line.
-core::SiteState SessionService::Impl::site_state(std::size_t waiting) const
+core::SiteState SessionService::Impl::site_state(std::size_t waiting, bool is_available, TimePoint now) const
 {
-    auto const now = clock.now();
     core::SiteFacts facts;
-    facts.machines = scheduler.refusals(now);
-    facts.is_available = scheduler.available(now);
+    facts.is_available = is_available;
     facts.can_wait = params.relay && params.waiting_places > 0;
     facts.waiting = waiting;
-    // Of thousands of machines counting takes long; while one has reported, there is mostly no need.
-    auto const unheard = facts.machines[static_cast<std::size_t>(Refusal::unknown)];
-    facts.is_awaited = unheard > 0 && !facts.is_available && monitor.totals().unknown > 0;
+    if (core::depends_on_machines(facts)) {
+        facts.machines = scheduler.refusals(now);
+        // While one machine has reported, there is mostly no need to count.
+        auto const unheard = facts.machines[static_cast<std::size_t>(Refusal::unknown)];
+        facts.is_awaited = unheard > 0 && !facts.is_available && monitor.totals().unknown > 0;
+    }
     return core::site_state(facts);
 }
 
 void SessionService::Impl::update_availability(TimePoint now)
 {
-    if (auto const now_state = site_state(relay.waiting()); now_state != state) {
+    bool const now_available = scheduler.available(now);
+    if (auto const now_state = site_state(relay.waiting(), now_available, now); now_state != state) {
         state = now_state;
         for (auto* const browser : state_browsers)
             (void)browser->send(std::string(core::word_of(state)));
     }
-    bool const now_available = scheduler.available(now);
     if (now_available == available)
         return;
     available = now_available;
@@ -865,7 +869,8 @@ std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& reque
     forward.upstream = Upstream(std::move(target->machine.host), target->machine.port);
     forward.upstream.tls = target->machine.tls;
     forward.target = std::move(target->target);
-    if (target->is_simulator) { // as a simulation server's gateway says of them
+    forward.kind = target->kind;
+    if (target->kind == UpstreamKind::simulation) { // as a simulation server's gateway says of them
         forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
         forward.added_answer_headers.emplace_back("Content-Security-Policy", core::sandbox_policy);
     }
@@ -892,6 +897,7 @@ std::optional<Answer> SessionService::Impl::pass_on_below(IncomingRequest const&
     forward.upstream.tls = machine.tls;
     forward.upstream.name = std::move(machine.name);
     forward.target = std::move(found->target->target);
+    forward.kind = found->target->kind;
     return forward;
 }
 

@@ -32,6 +32,7 @@ HttpRequestReader::Progress read(HttpRequestReader& reader, std::string_view tex
 void check_forwarded(HttpRequestReader const& reader, IncomingRequest const& request, bool keep_alive)
 {
     Forward forward;
+    forward.kind = UpstreamKind::machine;
     forward.target = "/there";
     forward.headers.emplace_back("Host", "there");
     auto const sent = adapters::forwarded_request(reader, request, forward, keep_alive);
@@ -81,18 +82,18 @@ bool read(ForwardedResponse& response, std::string_view text, std::size_t piece)
 
 void check_answer(std::string_view text, bool head, bool upgrade)
 {
-    ForwardedResponse whole(head, upgrade);
-    ForwardedResponse pieces(head, upgrade);
+    ForwardedResponse whole(UpstreamKind::machine_monitor, head, upgrade);
+    ForwardedResponse pieces(UpstreamKind::machine_monitor, head, upgrade);
     bool const is_understood = read(whole, text, text.size());
     fuzz::require(read(pieces, text, 7) == is_understood);
     if (!is_understood)
         return;
     fuzz::require(pieces.head_size() == whole.head_size());
-    bool const lasts = whole.body() == ForwardedResponse::Body::endless ||
-                       whole.body() == ForwardedResponse::Body::websocket;
+    bool const lasts =
+        whole.body() != ForwardedResponse::Body::none && whole.body() != ForwardedResponse::Body::counted;
     std::string sent;
     whole.append_head(sent, !lasts);
-    ForwardedResponse again(head, upgrade);
+    ForwardedResponse again(UpstreamKind::machine_monitor, head, upgrade);
     fuzz::require(again.parse(sent) == ForwardedResponse::Progress::complete);
     fuzz::require(again.head_size() == sent.size() && again.status() == whole.status());
     fuzz::require(again.body() == whole.body() && again.length() == whole.length());

@@ -128,15 +128,15 @@ struct Upstream
 /// A WebSocket handshake (`request.upgrade`) that the other server accepts becomes a tunnel: from then on
 /// both sides are sent what the other one says, as it is. Other answers go to the browser as they come; its
 /// connection lives on where they tell their length. The adapter answers 502 or 504 itself where the other
-/// server can't be reached or is late. The other server is told `X-Forwarded-For`, with the peer appended,
-/// and nothing that concerns the browser's connection alone (RFC 9110, 7.6.1). The browser is not told
-/// what would concern the rest of the site: `Set-Cookie`, `Clear-Site-Data`, `Strict-Transport-Security` and
-/// `Service-Worker-Allowed`.
+/// server can't be reached or is late. Of the header fields those pass, in both directions, that are meant
+/// for this kind of server: neither passwords, cookies and addresses of visitors, nor what would concern the
+/// rest of the site.
 struct Forward
 {
     Forward() = default;
 
     Upstream upstream;
+    UpstreamKind kind = UpstreamKind::simulation; ///< Which header fields pass.
     std::string target;         ///< The path, and the query, that the other server is asked for.
     HttpHeaders headers;        ///< Replace the request's headers of these names; empty ones are left out.
     HttpHeaders answer_headers; ///< Of the answer, where the other server sends none of these names.

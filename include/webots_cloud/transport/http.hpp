@@ -14,6 +14,16 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// Header fields in order; names compare without case.
 using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
 
+/// What answers a request that a gateway passes on, the least trusted first. It decides which header fields
+/// pass (the tables of docs/gateway.md).
+enum class UpstreamKind
+{
+    simulation, ///< A stranger's program: it learns nothing of the visitor, and has no say about the rest of
+                ///< the site.
+    machine,    ///< A simulation server: it is told the visitor's address, by which it counts.
+    machine_monitor ///< Its monitor: it is told the password that the visitor gives for it, too.
+};
+
 /// A body that many answers share: it is made once, and sent from the same memory to all.
 /// Thread-safety: one executor.
 struct SharedBody

@@ -1,12 +1,9 @@
 #include "forward_text.hpp"
 
-#include "core/simulation/public_base.hpp"
-#include "core/text.hpp"
+#include "core/access/passed_headers.hpp"
 #include "head_parser.hpp"
 
 #include <algorithm>
-#include <array>
-#include <span>
 
 namespace webots_cloud::adapters {
 
@@ -18,36 +15,9 @@ namespace {
 
 constexpr int first_final_status = 200;
 
-// RFC 9110, 7.6.1.
-constexpr std::array<std::string_view, 6> of_one_connection{"Connection", "Keep-Alive", "Proxy-Connection",
-                                                            "TE",         "Upgrade",    "Transfer-Encoding"};
-
-// What browsers apply to the rest of the site as well: other pages, or other paths (service workers).
-constexpr std::array<std::string_view, 4> of_the_whole_site{
-    "Set-Cookie", "Clear-Site-Data", "Strict-Transport-Security", "Service-Worker-Allowed"};
-
-// What is written anew, or says something of a body that there is not, or only a gateway may say.
-constexpr std::array<std::string_view, 6> rewritten{
-    "X-Forwarded-For", "Forwarded", "Content-Length", "Expect", "Trailer", core::public_address_header};
-
-bool is_among(std::span<std::string_view const> names, std::string_view name) noexcept
-{
-    return std::any_of(names.begin(), names.end(),
-                       [name](std::string_view other) { return equal_ignoring_case(name, other); });
-}
-
 void append_field(std::string& out, std::string_view name, std::string_view value)
 {
     out.append(name).append(": ").append(value).append("\r\n");
-}
-
-/// The options of a Connection field.
-template<class Take>
-void for_each_option(std::string_view value, Take const& take)
-{
-    for (auto const part : core::split(value, ','))
-        if (auto const option = core::trim(part); !option.empty())
-            take(option);
 }
 
 /// Whom the request has come from so far: what proxies said, then the peer.
@@ -67,13 +37,6 @@ std::string forwarded_for(IncomingRequest const& request)
 std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest const& request,
                               Forward const& forward, bool keep_alive)
 {
-    std::vector<std::string_view> left_out;
-    bool has_length = false;
-    for (auto const& [name, value] : request.headers) {
-        if (equal_ignoring_case(name, "Connection"))
-            for_each_option(value, [&](std::string_view option) { left_out.push_back(option); });
-        has_length = has_length || equal_ignoring_case(name, "Content-Length");
-    }
     std::string out;
     out.append(request.method).append(" ").append(forward.target);
     out.append(reader.is_http_1_0() ? " HTTP/1.0\r\n" : " HTTP/1.1\r\n");
@@ -81,16 +44,19 @@ std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest c
         return std::any_of(forward.headers.begin(), forward.headers.end(),
                            [name](auto const& header) { return equal_ignoring_case(header.first, name); });
     };
-    for (auto const& [name, value] : request.headers)
-        if (!is_among(of_one_connection, name) && !is_among(rewritten, name) && !is_among(left_out, name) &&
-            !is_replaced(name))
+    bool has_length = false;
+    for (auto const& [name, value] : request.headers) {
+        has_length = has_length || equal_ignoring_case(name, "Content-Length");
+        if (core::is_request_header_passed(name, forward.kind) && !is_replaced(name))
             append_field(out, name, value);
+    }
     for (auto const& [name, value] : forward.headers)
         if (!value.empty())
             append_field(out, name, value);
     if (has_length)
         append_field(out, "Content-Length", "0"); // the reader takes no other
-    append_field(out, "X-Forwarded-For", forwarded_for(request));
+    if (core::is_told_clients(forward.kind))
+        append_field(out, "X-Forwarded-For", forwarded_for(request));
     out.append(request.upgrade ? "Upgrade: websocket\r\nConnection: Upgrade\r\n\r\n"
                : keep_alive    ? "Connection: keep-alive\r\n\r\n"
                                : "Connection: close\r\n\r\n");
@@ -125,11 +91,9 @@ private:
     void on_field_impl(http::field field, beast::string_view name, beast::string_view value,
                        boost::system::error_code&) override
     {
-        if (field == http::field::connection)
-            for_each_option(value, [this](std::string_view option) {
-                response_.connection_options_.emplace_back(option);
-            });
-        response_.fields_.emplace_back(name, value);
+        response_.is_coded_ = response_.is_coded_ || field == http::field::transfer_encoding;
+        if (core::is_answer_header_passed(name, response_.kind_))
+            response_.fields_.emplace_back(name, value);
     }
 
     ForwardedResponse& response_;
@@ -147,7 +111,7 @@ ForwardedResponse::Progress ForwardedResponse::parse(std::string_view received)
         if (end == std::string_view::npos)
             return Progress::need_more;
         fields_.clear();
-        connection_options_.clear();
+        is_coded_ = false;
         Parser parser(*this);
         if (!parser.read(rest.substr(0, size)))
             return Progress::malformed;
@@ -160,6 +124,9 @@ ForwardedResponse::Progress ForwardedResponse::parse(std::string_view received)
             auto const length = parser.content_length();
             find_body(parser.chunked(),
                       length ? std::optional<std::uint64_t>(*length) : std::optional<std::uint64_t>());
+            if (is_coded_ && !parser.chunked())
+                return Progress::malformed; // another coding than chunks: nobody who has asked for none can
+                                            // read it
             return Progress::complete;
         }
         // An interim answer (RFC 9110, 15.2) to something that the browser did not ask for.
@@ -185,42 +152,35 @@ void ForwardedResponse::add(std::string_view name, std::string_view value)
 
 void ForwardedResponse::find_body(bool is_chunked, std::optional<std::uint64_t> length)
 {
-    length_ = 0;
+    length_ = length;
     if (status_ == 101)
         body_ = Body::websocket;
     else if (is_head_ || status_ == 204 || status_ == 304)
         body_ = Body::none;
-    else if (is_chunked || has("Transfer-Encoding") || !length)
-        body_ = Body::endless;
-    else {
-        body_ = Body::counted;
-        length_ = *length;
-    }
+    else if (is_chunked)
+        body_ = Body::chunked;
+    else
+        body_ = length ? Body::counted : Body::endless;
 }
 
 void ForwardedResponse::append_head(std::string& out, bool keep_alive) const
 {
     out.append("HTTP/1.1 ").append(std::to_string(status_)).append(" ").append(reason_).append("\r\n");
-    // An endless body goes on as it is, with what says how it is encoded.
-    bool const is_coded = body_ == Body::endless;
-    for (auto const& [name, value] : fields_) {
-        bool const is_coding = equal_ignoring_case(name, "Transfer-Encoding");
-        bool const is_misleading = is_coded && equal_ignoring_case(name, "Content-Length"); // RFC 9112, 6.3
-        bool const is_named = std::any_of(
-            connection_options_.begin(), connection_options_.end(),
-            [&name = name](std::string_view option) { return equal_ignoring_case(name, option); });
-        bool const is_local = is_named || is_among(of_one_connection, name);
-        bool const is_for_whole_site = is_among(of_the_whole_site, name);
-        if ((is_coding && is_coded) || (!is_local && !is_misleading && !is_for_whole_site))
-            append_field(out, name, value);
-    }
-    if (body_ != Body::websocket)
-        for (auto const& [name, value] : added_) // also where the other server's Connection names them
-            append_field(out, name, value);
-    if (body_ == Body::websocket)
+    for (auto const& [name, value] : fields_)
+        append_field(out, name, value);
+    if (body_ == Body::websocket) {
         out.append("Upgrade: websocket\r\nConnection: Upgrade\r\n\r\n");
-    else
-        out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
+        return;
+    }
+    // How long the body is, is said in our own words: what the other server says can be neither left out nor
+    // doubted by its other fields.
+    if (body_ == Body::chunked)
+        append_field(out, "Transfer-Encoding", "chunked");
+    else if (length_ && status_ != 204)
+        append_field(out, "Content-Length", std::to_string(*length_));
+    for (auto const& [name, value] : added_)
+        append_field(out, name, value);
+    out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
 }
 
 } // namespace webots_cloud::adapters

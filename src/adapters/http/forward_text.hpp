@@ -39,12 +39,15 @@ public:
     {
         none,
         counted,  ///< `length()` bytes.
-        endless,  ///< By itself (chunks), or by the end of the connection.
+        chunked,  ///< By itself (RFC 9112, 7.1).
+        endless,  ///< By the end of the connection.
         websocket ///< It is none: both sides may say what they like.
     };
 
-    /// `is_head`: the request was HEAD; `is_upgrade`: a WebSocket handshake.
-    ForwardedResponse(bool is_head, bool is_upgrade) : is_head_(is_head), is_upgrade_(is_upgrade) {}
+    /// `kind`: who answers; `is_head`: the request was HEAD; `is_upgrade`: a WebSocket handshake.
+    ForwardedResponse(UpstreamKind kind, bool is_head, bool is_upgrade)
+        : kind_(kind), is_head_(is_head), is_upgrade_(is_upgrade)
+    {}
 
     /// Tries to complete the head with all that was received so far. The text must outlive the use of what it
     /// finds.
@@ -52,7 +55,7 @@ public:
 
     int status() const noexcept { return status_; }
     Body body() const noexcept { return body_; }
-    std::uint64_t length() const noexcept { return length_; }
+    std::uint64_t length() const noexcept { return body_ == Body::counted ? *length_ : 0; }
 
     /// The other server takes another request on the same connection.
     bool keeps_connection() const noexcept { return keeps_connection_; }
@@ -75,17 +78,18 @@ private:
     bool has(std::string_view name) const;
     void find_body(bool is_chunked, std::optional<std::uint64_t> length);
 
+    UpstreamKind kind_;
     bool is_head_;
     bool is_upgrade_;
+    bool is_coded_ = false; ///< There is a `Transfer-Encoding`.
     bool keeps_connection_ = false;
     int status_ = 0;
     Body body_ = Body::none;
-    std::uint64_t length_ = 0;
+    std::optional<std::uint64_t> length_; ///< As the other server says, also where there is no body.
     std::size_t head_size_ = 0;
     std::string reason_;
     std::vector<std::pair<std::string, std::string>> fields_;
     std::vector<std::pair<std::string, std::string>> added_;
-    std::vector<std::string> connection_options_;
 };
 
 } // namespace webots_cloud::adapters

@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -139,6 +140,7 @@ private:
     std::unique_ptr<Forwarding> forwarding_;      ///< Null most of the time.
     std::unique_ptr<KeptUpstream> kept_upstream_; ///< Null: none.
     std::uint64_t rest_of_answer_ = 0;            ///< Of the other server, still to be relayed.
+    std::optional<core::ChunkedBody> chunks_;     ///< How far its body has come, if it comes in chunks.
     Tunnels::Tunnel* relay_ = nullptr;            ///< Has our stream meanwhile.
     TimePoint deadline_ = TimePoint::max();
 };

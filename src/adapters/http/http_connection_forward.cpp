@@ -100,7 +100,7 @@ HttpConnection::Next HttpConnection::begin_answer()
 {
     using Body = ForwardedResponse::Body;
     auto const& response = forwarding_->response();
-    bool const is_lasting = response.body() == Body::endless || response.body() == Body::websocket;
+    bool const is_lasting = response.body() != Body::none && response.body() != Body::counted;
     // Handshakes have been counted already.
     if (is_lasting && !forwarding_->is_upgrade() && !admit_client()) {
         forwarding_.reset();
@@ -110,6 +110,9 @@ HttpConnection::Next HttpConnection::begin_answer()
     response.append_head(out_, stays_open);
     auto begun = forwarding_->begun_body();
     rest_of_answer_ = TunnelPlan::until_the_end;
+    chunks_.reset();
+    if (response.body() == Body::chunked)
+        begun = begun.substr(0, chunks_.emplace().take(begun));
     if (!is_lasting) {
         begun = begun.substr(
             0, static_cast<std::size_t>(std::min<std::uint64_t>(response.length(), begun.size())));
@@ -155,6 +158,7 @@ TunnelPlan HttpConnection::take_tunnel()
     bool const is_websocket = forwarding_->response().body() == ForwardedResponse::Body::websocket;
     auto plan = plan_tunnel();
     plan.is_two_way = is_websocket;
+    plan.chunks = chunks_;
     if (is_websocket)
         plan.to_upstream = reader_.rest();
     plan.ticket = std::move(ticket_);

@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace webots_cloud::adapters {
@@ -75,6 +77,8 @@ private:
     bool is_counted() const noexcept { return rest_ != TunnelPlan::until_the_end; }
     bool is_long() const noexcept;
     void take_from_rest(std::uint64_t bytes) noexcept;
+    std::size_t body_of(std::string_view bytes) const noexcept;
+    void take_chunks(std::string_view bytes);
     std::size_t flush(Side& to);
     Step relay(Side& from, Side& to, std::size_t& moved);
     void count(Side const& to, std::size_t bytes) noexcept;
@@ -86,6 +90,7 @@ private:
     std::shared_ptr<TunnelGroup> group_;
     ConnectionLimit::Ticket ticket_;
     std::uint64_t rest_;
+    std::optional<core::ChunkedBody> chunks_;
     bool is_two_way_;
     bool keeps_upstream_;
     bool is_cut_ = false;

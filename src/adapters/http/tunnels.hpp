@@ -3,6 +3,7 @@
 
 #include "async/wakeup.hpp"
 #include "connection_limit.hpp"
+#include "core/access/chunked_body.hpp"
 #include "tunnel_end.hpp"
 
 #include <webots_cloud/adapters/http_server.hpp>
@@ -16,6 +17,7 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +39,9 @@ struct TunnelPlan
     bool keeps_upstream = false;
     /// After so many bytes of the other server the browser's connection is free again.
     std::uint64_t length = until_the_end;
+    /// Where the other server's body comes in chunks: how far it has come in `to_browser`. It ends with its
+    /// last chunk, whatever follows.
+    std::optional<core::ChunkedBody> chunks;
     std::shared_ptr<TunnelGroup> group;
     ConnectionLimit::Ticket ticket;
 };

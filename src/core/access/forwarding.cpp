@@ -147,6 +147,11 @@ bool is_operators_path(std::string_view path)
     return !segments.empty() && is_operators(segments.front());
 }
 
+UpstreamKind kind_of_machine_path(std::string_view path) noexcept
+{
+    return path == "/monitor" ? UpstreamKind::machine_monitor : UpstreamKind::machine;
+}
+
 std::uint16_t public_port(std::string_view address) noexcept
 {
     auto const slash = address.find('/');
@@ -192,7 +197,7 @@ std::optional<ForwardTarget> ForwardingTable::find(std::string_view path, std::s
     target.machine = range->machine;
     target.machine.port = static_cast<std::uint16_t>(range->machine.port + (split->port - range->first));
     target.target = split->rest;
-    target.is_simulator = range->is_of_simulators;
+    target.kind = range->is_of_simulators ? UpstreamKind::simulation : kind_of_machine_path(split->rest);
     if (!query.empty())
         target.target.append("?").append(query);
     return target;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/transport/http.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -79,6 +80,9 @@ std::optional<PortPath> split_port_path(std::string_view path) noexcept;
 /// `/metrics` and all below `/api`, however it is spelled: the operator's, never passed on.
 bool is_operators_path(std::string_view path);
 
+/// What answers a path of a simulation server: its monitor, or anything else.
+UpstreamKind kind_of_machine_path(std::string_view path) noexcept;
+
 /// The port behind the slash of `host/2000`; 0: there is none.
 std::uint16_t public_port(std::string_view address) noexcept;
 
@@ -88,8 +92,9 @@ struct ForwardTarget
     ForwardTarget() = default;
 
     InternalAddress machine;
-    std::string target;        ///< Path and query.
-    bool is_simulator = false; ///< One of a machine's simulators, not its server.
+    std::string target; ///< Path and query.
+    /// What answers there: one of the machine's simulators, its server, or its server's monitor.
+    UpstreamKind kind = UpstreamKind::simulation;
 };
 
 /// The ports of all simulation servers behind the gateway. Nothing else is ever passed on: no part of a

@@ -83,6 +83,7 @@ std::optional<MachinePaths::Found> MachinePaths::find(std::string_view path, std
         return found;
     found.target.emplace();
     found.target->machine = machine.internal;
+    found.target->kind = kind_of_machine_path(split->rest);
     found.target->target = query.empty() ? std::string(split->rest) : concat(split->rest, "?", query);
     return found;
 }

@@ -44,6 +44,7 @@ public:
     {
         Forward forward;
         forward.upstream = Upstream("127.0.0.1", acceptor.local_endpoint().port());
+        forward.kind = UpstreamKind::machine;
         forward.target = std::move(target);
         return forward;
     }

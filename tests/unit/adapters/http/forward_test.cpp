@@ -139,6 +139,31 @@ BOOST_AUTO_TEST_CASE(an_endless_answer_ends_with_the_other_servers_connection)
     BOOST_TEST(server.eventually_counts(&HttpServerStatistics::tunnels, 0));
 }
 
+BOOST_AUTO_TEST_CASE(nothing_follows_the_last_chunk_of_an_answer)
+{
+    std::string const head = "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n";
+    std::string const rest = "0\r\nX-Sum: 1\r\n\r\nHTTP/1.1 200 OK\r\nContent-Length: 4\r\n\r\nevil";
+    for (std::string const first : {"5\r\nhello\r\n", ""}) { // what arrives before the tunnel has begun
+        RunningServer server;
+        OtherServer other;
+        server.endpoint.forward = other.forward();
+        Client browser(server);
+        browser.say(forwarded_request);
+        auto upstream = other.accept();
+        upstream.read_request();
+        upstream.say(first.empty() ? head + rest : head + first);
+        if (!first.empty()) {
+            BOOST_TEST(server.eventually_counts(&HttpServerStatistics::tunnels, 1));
+            upstream.say(rest);
+        }
+        auto const got = browser.read_all(); // though the other server keeps its connection
+        BOOST_TEST(got == "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\nConnection: close\r\n\r\n" +
+                              first + "0\r\n\r\n");
+        browser.shut_down();
+        BOOST_TEST(server.eventually_counts(&HttpServerStatistics::tunnels, 0));
+    }
+}
+
 BOOST_AUTO_TEST_CASE(head_and_not_modified_are_answered_without_a_body)
 {
     RunningServer server;
