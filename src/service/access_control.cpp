@@ -203,8 +203,8 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
                             "This server has another name. Its operator can add this one to \"hostNames\".");
     }
     // Whoever knows the token of a simulation may use it, from whatever page, as with a port of its own.
-    bool const has_key = core::is_gateway_path(request.path);
-    if (request.upgrade && !has_key && !site.accepts_origin(request.header("Origin"), host)) {
+    if (request.upgrade && !core::is_gateway_path(request.path) &&
+        !site.accepts_origin(request.header("Origin"), host)) {
         log.warning(LogCause("origin", request.client),
                     concat("Refused a WebSocket of a page of ",
                            core::printable(request.header("Origin"), 200),
