@@ -8,9 +8,9 @@ source cmake/packages/install.sh
 
 main()
 {
-    local log said site website
+    local said site website
     log=$(mktemp)
-    trap 'rm -f "$log"; ./server.sh stop >/dev/null' EXIT
+    trap 'rm -f "$log" && ./server.sh stop >/dev/null' EXIT # of the shell, where locals are gone
     step "./server.sh start"
     ./server.sh start 2>&1 | tee "$log"
     site=$(sed -n 's/^Open \(http.*\)$/\1/p' "$log")
