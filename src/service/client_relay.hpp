@@ -164,7 +164,9 @@ private:
     Browser& browser_at(std::size_t ahead) const;
     bool wait_in_line(Browser& browser, TimePoint now);
     bool leave_line(Browser& browser);
-    static std::vector<std::string> wishes_of(Browser const& browser);
+    static std::vector<std::string> wishes_of(Browser const& browser, TimePoint now);
+    bool may_be_taken(Browser const& browser, TimePoint now) const;
+    static void tell_refusal(Browser& browser);
     bool must_fit(Browser const& browser, TimePoint now) const noexcept;
     bool is_known_to_be_too_large(Browser const& browser, TimePoint now) const;
     void set_wants_room(Browser& browser, bool wants);
@@ -203,7 +205,7 @@ private:
     static void end_browser(Browser& browser, Failure const& why);
     void give_back(Ride& ride);
     void note_refusal(Browser& browser, core::MachineRefusal refusal);
-    Next try_again(Browser& browser, core::MachineRefusal refusal);
+    Next try_again(Browser& browser);
 
     ClientRelayParams params_;
     LoadMonitor& monitor_;

@@ -7,6 +7,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -55,8 +56,7 @@ struct ClientRelay::Ride
     std::unique_ptr<Channel> machine;
     std::optional<async::TaskGroup::Task> task;
     async::Wakeup changed; ///< The task has ended, or a machine that was asked has answered.
-    std::string last_word; ///< Of the machine that refused last.
-    std::string problem;   ///< Of the one that could not be reached.
+    std::string problem;   ///< Of the machine that could not be reached.
 };
 
 /// What a browser has learned of machines that did not take it.
@@ -64,10 +64,24 @@ struct ClientRelay::Refusals
 {
     Refusals() = default;
 
-    std::size_t failures = 0;
-    std::vector<std::string> tried; ///< Machines that do not come into question any more,
-    std::vector<std::string> full;  ///< or not at the moment.
+    /// A machine that has refused it, and until when it is not asked again: what keeps it may be mended.
+    struct Refuser
+    {
+        std::string entry;
+        TimePoint until;
+    };
+
+    bool is_by(std::string_view entry) const noexcept
+    {
+        return std::any_of(refusers.begin(), refusers.end(),
+                           [entry](Refuser const& refuser) { return refuser.entry == entry; });
+    }
+
+    std::size_t failures = 0; ///< Machines that have refused it, and times that one was silent.
+    std::vector<Refuser> refusers;
+    std::vector<std::string> full;  ///< Machines that do not come into question at the moment.
     std::vector<std::string> needs; ///< Labels.
+    std::string last_word;          ///< What the machine that refused last has said; empty: nothing.
 };
 
 /// A browser, from the handshake to the end of its connection. Those that wait are many, so it is small: what

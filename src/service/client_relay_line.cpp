@@ -11,7 +11,7 @@
 
 #include <algorithm>
 #include <array>
-#include <set>
+#include <map>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -44,6 +44,21 @@ constexpr Duration between_tries = std::chrono::seconds(1);
 
 constexpr std::string_view group_full =
     "Too many wait here from your network already. Please try again in a moment.";
+
+/// Whether a machine with this obstacle answers, and takes sessions when it has room.
+bool takes_sessions_later(Refusal obstacle) noexcept
+{
+    switch (obstacle) {
+    case Refusal::none:
+    case Refusal::full:
+    case Refusal::memory:
+    case Refusal::load:
+    case Refusal::committed:
+        return true;
+    default:
+        return false;
+    }
+}
 
 } // namespace
 
@@ -113,14 +128,37 @@ bool ClientRelay::leave_line(Browser& browser)
 }
 
 /// What it needs that others may not: labels, and other machines than those that have refused it.
-std::vector<std::string> ClientRelay::wishes_of(Browser const& browser)
+std::vector<std::string> ClientRelay::wishes_of(Browser const& browser, TimePoint now)
 {
     std::vector<std::string> wishes;
     if (auto const* refusals = browser.refusals.get()) {
         wishes = refusals->needs;
-        wishes.insert(wishes.end(), refusals->tried.begin(), refusals->tried.end());
+        for (auto const& refuser : refusals->refusers)
+            if (now < refuser.until)
+                wishes.push_back(refuser.entry);
     }
     return wishes;
+}
+
+/// Whether a machine that answers may still take it: one that has not refused it, be it ever so busy.
+/// Machines that are away may never come back.
+bool ClientRelay::may_be_taken(Browser const& browser, TimePoint now) const
+{
+    auto const* const refusals = browser.refusals.get();
+    return !refusals || std::any_of(machines_.begin(), machines_.end(), [&](auto const& machine) {
+        auto const& entry = machine.first;
+        return takes_sessions_later(scheduler_.refusal_of(entry, now)) && !refusals->is_by(entry);
+    });
+}
+
+/// Why no machine takes it.
+void ClientRelay::tell_refusal(Browser& browser)
+{
+    auto const* const refusals = browser.refusals.get();
+    if (!refusals || refusals->last_word.empty())
+        return refuse(browser, relay::no_server);
+    (void)browser.channel.send(refusals->last_word);
+    browser.channel.close();
 }
 
 /// Whether only a machine with room for its world comes into question. Not for those who come back: they have
@@ -135,7 +173,7 @@ bool ClientRelay::must_fit(Browser const& browser, TimePoint now) const noexcept
 bool ClientRelay::is_known_to_be_too_large(Browser const& browser, TimePoint now) const
 {
     return !too_large_.empty() && must_fit(browser, now) &&
-           too_large_.contains({browser.world, wishes_of(browser)});
+           too_large_.contains({browser.world, wishes_of(browser, now)});
 }
 
 void ClientRelay::set_wants_room(Browser& browser, bool wants)
@@ -211,7 +249,9 @@ void ClientRelay::give_out_seats(TimePoint now)
     std::erase_if(too_large_, [now](auto const& tried) { return now >= tried.second; });
     std::vector<Browser*> seated;
     std::vector<std::pair<Browser*, Failure>> hopeless;
-    std::set<std::vector<std::string>> in_vain; // what others ask for that no free machine has
+    std::vector<Browser*> refused; // by all machines that answer
+    // What others ask for that no free machine has, and whether one that is not free may have it.
+    std::map<std::vector<std::string>, bool> in_vain;
     std::size_t tries = 0;
     std::size_t passed = 0;
     auto const may_go_on = [&] {
@@ -230,9 +270,12 @@ void ClientRelay::give_out_seats(TimePoint now)
             ++passed;
             continue;
         }
-        auto wishes = wishes_of(browser);
-        if (in_vain.contains(wishes))
+        auto wishes = wishes_of(browser, now);
+        if (auto const known = in_vain.find(wishes); known != in_vain.end()) {
+            if (!known->second)
+                refused.push_back(&browser);
             continue;
+        }
         auto const placed = try_to_place(browser, request_of(browser, now), now);
         set_wants_room(browser, !placed && placed.error() == errc::too_large);
         if (browser.wants_room) {
@@ -245,7 +288,10 @@ void ClientRelay::give_out_seats(TimePoint now)
         } else if (wishes.empty()) {
             break; // nobody else has more to choose from
         } else {
-            in_vain.insert(std::move(wishes));
+            bool const may_be_taken = this->may_be_taken(browser, now);
+            if (!may_be_taken)
+                refused.push_back(&browser);
+            in_vain.emplace(std::move(wishes), may_be_taken);
         }
     }
     for (auto* const browser : seated) {
@@ -257,6 +303,10 @@ void ClientRelay::give_out_seats(TimePoint now)
     for (auto const& [browser, why] : hopeless) {
         (void)leave_line(*browser);
         refuse(*browser, why.message());
+    }
+    for (auto* const browser : refused) {
+        (void)leave_line(*browser);
+        tell_refusal(*browser);
     }
 }
 

@@ -28,6 +28,9 @@ constexpr std::size_t max_full = 10;        // machines that turn out to be full
 
 constexpr Duration longest_start = std::chrono::minutes(30); // on one machine, whatever it says
 constexpr Duration pause_after_full = std::chrono::seconds(1);
+// A machine that has refused a browser is asked by it again then: a disk may have been full.
+constexpr Duration pause_after_refusal = std::chrono::minutes(1);
+constexpr std::size_t longest_logged = 300; // bytes of a machine's sentence
 
 constexpr std::uint16_t internal_error = 1011; // RFC 6455
 
@@ -109,8 +112,10 @@ PlacementRequest ClientRelay::request_of(Browser const& browser, TimePoint now) 
     request.excluded = faults_.silent(now);
     if (auto const* refusals = browser.refusals.get()) {
         request.labels = refusals->needs;
-        for (auto const* machines : {&refusals->tried, &refusals->full})
-            request.excluded.insert(request.excluded.end(), machines->begin(), machines->end());
+        for (auto const& refuser : refusals->refusers)
+            if (now < refuser.until)
+                request.excluded.push_back(refuser.entry);
+        request.excluded.insert(request.excluded.end(), refusals->full.begin(), refusals->full.end());
     }
     return request;
 }
@@ -179,7 +184,7 @@ asio::awaitable<bool> ClientRelay::carry_to_end(Browser& browser)
         ++attempts_[label_of(refusal)];
         ride.machine.reset();
         note_refusal(browser, refusal);
-        auto const next = try_again(browser, refusal);
+        auto const next = try_again(browser);
         if (next != Next::another_machine)
             co_return next == Next::line;
         (void)browser.channel.send(core::loading_message("Trying another machine."));
@@ -202,20 +207,32 @@ void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
     auto const now = clock_.now();
     if (!ride.is_placed) // it is not known whether the machine has any such simulation
         return;
+    give_back(ride);
+    auto& refusals = browser.refusals_so_far();
+    if (refusal == MachineRefusal::full) {
+        refusals.full.push_back(ride.entry);
+        return;
+    }
     if (refusal == MachineRefusal::silent) {
+        ++refusals.failures;
         faults_.was_silent(ride.entry, now);
         log_.warning(LogCause("silent machine", ride.entry),
                      concat(ride.entry, " does not answer on /client as it should: ", ride.problem));
-    } else if (refusal == MachineRefusal::machine) {
-        faults_.has_refused(ride.entry, browser.group);
+        return;
     }
-    give_back(ride);
-    auto& refusals = browser.refusals_so_far();
-    (refusal == MachineRefusal::full ? refusals.full : refusals.tried).push_back(ride.entry);
+    if (refusal == MachineRefusal::machine) {
+        faults_.has_refused(ride.entry, browser.group);
+        auto const& why = refusals.last_word.empty() ? ride.problem : refusals.last_word;
+        log_.warning(LogCause("refused start", ride.entry),
+                     concat(ride.entry, " refuses a start: ", core::printable(why, longest_logged)));
+    }
+    refusals.failures += refusals.is_by(ride.entry) ? 0 : 1;
+    std::erase_if(refusals.refusers, [&](auto const& refuser) { return refuser.entry == ride.entry; });
+    refusals.refusers.push_back({ride.entry, now + pause_after_refusal});
 }
 
 /// After a refusal.
-ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusal)
+ClientRelay::Next ClientRelay::try_again(Browser& browser)
 {
     auto& ride = *browser.ride;
     if (!ride.is_placed) { // its simulation is there, or nowhere
@@ -223,26 +240,23 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusa
         return Next::end;
     }
     auto& refusals = *browser.refusals;
-    refusals.failures += refusal != MachineRefusal::full ? 1 : 0;
-    bool const may_try = refusals.failures < max_failures && refusals.full.size() < max_full;
+    bool const is_patient = refusals.failures < max_failures;
     auto const now = clock_.now();
-    auto const placed =
-        may_try ? try_to_place(browser, request_of(browser, now), now) : result<>(Failure(errc::unavailable));
+    auto const placed = is_patient && refusals.full.size() < max_full
+                            ? try_to_place(browser, request_of(browser, now), now)
+                            : result<>(Failure(errc::unavailable));
     if (placed)
         return Next::another_machine;
     if (placed.error() == errc::refused) {
         refuse(browser, placed.error().message());
         return Next::end;
     }
-    bool const may_wait = params_.waiting_places > 0 && refusals.failures < max_failures;
-    if (may_wait) {
+    if (params_.waiting_places > 0 && is_patient && may_be_taken(browser, now)) {
         refusals.full.clear();
         browser.not_before = now + pause_after_full;
         return Next::line;
     }
-    (void)browser.channel.send(ride.last_word.empty() ? core::error_message(relay::no_server)
-                                                      : ride.last_word);
-    browser.channel.close();
+    tell_refusal(browser);
     return Next::end;
 }
 
@@ -285,7 +299,10 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
             ended = step.refusal;
             if (ended == MachineRefusal::needs)
                 browser.refusals_so_far().needs = conversation.needs();
-            ride.last_word = conversation.last_word();
+            // Who waits for room at one machine wants to know why another one has refused.
+            if (auto& word = browser.refusals_so_far().last_word;
+                ended != MachineRefusal::full || word.empty())
+                word = conversation.last_word();
             break;
         }
         if (conversation.is_ready() && !was_ready)

@@ -3,7 +3,6 @@
 
 Protocol sections 1, 4.1.2 and 13 (refs with a slash)."""
 
-import json
 import os
 import sys
 import time
@@ -13,10 +12,9 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser import open_browser, screenshot  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.machine import Machine  # noqa: E402
-from support.projects import demo_project  # noqa: E402
+from support.projects import CONFIG, demo_project, local_config  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, port_is_free, wait_until  # noqa: E402
 
-CONFIG = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config")
 
 
 def picture(browser):
@@ -29,12 +27,6 @@ def await_motion(browser):
     """A picture, and then another one."""
     first = wait_until(lambda: picture(browser), "no picture came")
     wait_until(lambda: picture(browser) != first, "the picture stands still")
-
-
-def local_config(kind):
-    """What ./server.sh start runs with, where nothing else is said."""
-    with open(os.path.join(CONFIG, kind, "local.json")) as file:
-        return json.load(file)
 
 
 class FirstMinute(unittest.TestCase):

@@ -1,8 +1,16 @@
-"""Projects as people keep them in Webots repositories, for tests."""
+"""Projects as people keep them in Webots repositories, and the configurations that ship, for tests."""
 
+import json
 import os
 
 EXAMPLES = os.path.join(os.path.dirname(__file__), "..", "..", "examples", "demo_projects")
+CONFIG = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config")
+
+
+def local_config(kind):
+    """What ./server.sh start runs with, where nothing else is said."""
+    with open(os.path.join(CONFIG, kind, "local.json")) as file:
+        return json.load(file)
 
 
 def demo_project(under=""):

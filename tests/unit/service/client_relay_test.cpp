@@ -425,6 +425,101 @@ BOOST_AUTO_TEST_CASE(where_all_refuse_the_last_sentence_is_told)
     BOOST_TEST(browser.close_code.value() == 0);
 }
 
+namespace {
+
+/// Why a simulation server refuses a start: sentences of every kind, as it says them (protocol,
+/// section 4.1.2).
+constexpr std::string_view reasons[] = {
+    "Error: Cannot run simulation from blocked repository: https://e.org/o/r.", // "allowedRepositories"
+    "Error: Unable to start Webots: it exited with code 1: error: cannot open display",
+    "Error: https://e.org can't be reached: Connection refused. Try again later.", // or a proxy can't
+    "Error: /a/folder can't be written: No space left on device",
+    "Error: /a/folder can't be written: Permission denied",
+    "Error: The operator's key for this website can't be read",
+    "Error: This simulation server is not configured to share idle time.",
+    "Error: Webots has quit unexpectedly.", // while it loaded the world
+    "Error: This simulation server is being stopped. Please start again.",
+};
+
+std::string name_of_machine(int number)
+{
+    return concat("m", std::to_string(number), ":2000");
+}
+
+} // namespace
+
+// Issue 42: with one machine, or two, they waited for ever, as the next in the line.
+BOOST_AUTO_TEST_CASE(where_every_machine_refuses_its_word_is_told_however_many_there_are)
+{
+    for (int const count : {1, 2, 5}) {
+        for (auto const reason : reasons) {
+            std::vector<std::string> names;
+            for (int number = 0; number < count; ++number)
+                names.push_back(name_of_machine(number));
+            Fixture fixture(relaying(), names);
+            for (auto const& name : names)
+                fixture.has_room(name, 5);
+            auto& browser = fixture.start(our_start);
+            auto const sentence = concat("loading: ", reason);
+            std::size_t asked = 0;
+            for (; asked < fixture.sockets.accepted(); ++asked) {
+                fixture.sockets.peer(asked).says("refusal: machine");
+                fixture.sockets.peer(asked).says(sentence);
+                fixture.world.settle();
+            }
+            BOOST_TEST(asked == std::min<std::size_t>(names.size(), 3));
+            BOOST_TEST(browser.sent.back() == sentence);
+            BOOST_TEST(std::count(browser.sent.begin(), browser.sent.end(), sentence) == 1);
+            BOOST_TEST(browser.close_code.value_or(1) == 0);
+            BOOST_TEST(last_of(browser, "waiting:").empty());
+            BOOST_TEST(fixture.log.contains(concat("refuses a start: ", sentence)));
+        }
+    }
+}
+
+// What kept the machine may be mended, and others are served there meanwhile.
+BOOST_AUTO_TEST_CASE(a_machine_that_has_refused_is_asked_again_while_another_one_is_full)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 5);
+    fixture.has_room("b:2000", 0);
+    auto& browser = fixture.start();
+    fixture.machine("a:2000").says("refusal: machine");
+    fixture.machine("a:2000").says(std::string(refused));
+    fixture.world.settle();
+    BOOST_TEST(last_of(browser, "queue:") == "queue:0");
+    // Both answer all the time.
+    auto const wait_until = [&, since = fixture.world.clock.now()](Duration later) {
+        while (fixture.world.clock.now() < since + later) {
+            fixture.has_room("a:2000", 5);
+            fixture.has_room("b:2000", 0);
+        }
+    };
+    wait_until(50s);
+    BOOST_TEST(fixture.sockets.accepted() == 1u);
+    wait_until(65s);
+    BOOST_TEST_REQUIRE(fixture.sockets.accepted() == 2u);
+    fixture.sockets.peer(1).says("webots:ws://a:2001");
+    fixture.world.settle();
+    BOOST_TEST(browser.was_told("webots:ws://a:2001"));
+}
+
+BOOST_AUTO_TEST_CASE(who_waits_for_a_machine_that_goes_away_is_told_why_the_others_refused)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 5);
+    fixture.has_room("b:2000", 0);
+    auto& browser = fixture.start();
+    fixture.machine("a:2000").says("refusal: machine");
+    fixture.machine("a:2000").says(std::string(refused));
+    fixture.world.advance(5s);
+    BOOST_TEST(!browser.close_code.has_value());
+    fixture.scheduler.mark_unreachable("b:2000", fixture.world.clock.now());
+    fixture.world.advance(2s);
+    BOOST_TEST(browser.sent.back() == refused);
+    BOOST_TEST(browser.close_code.has_value());
+}
+
 BOOST_AUTO_TEST_CASE(who_comes_to_a_full_machine_waits_again_where_it_was)
 {
     Fixture fixture(relaying(), {"a:2000"});
