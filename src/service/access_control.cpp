@@ -16,6 +16,9 @@ using core::concat;
 namespace {
 
 constexpr std::string_view bearer = "Bearer ";
+constexpr std::string_view session_path = "/session"; // of the session server
+constexpr std::string_view from_disk = " (opened from disk, or in a sandboxed frame)";
+constexpr std::size_t max_shown = 200; // bytes of an origin
 constexpr std::string_view guessed_types = "X-Content-Type-Options: nosniff\r\n";
 
 /// `machines`: the reach of the widest of them.
@@ -45,6 +48,18 @@ bool is_page(std::string_view path) noexcept
 bool is_monitoring(std::string_view path) noexcept
 {
     return path == "/monitor" || path == "/metrics";
+}
+
+/// A sentence for the person who looks at the page (protocol 2.1), which the page may read.
+HttpResponse page_refused(std::string_view origin)
+{
+    HttpResponse response(200, std::string(core::html_type),
+                          concat("Error: pages of ", core::printable(origin, max_shown),
+                                 origin == "null" ? from_disk : "",
+                                 " may not use this server. Its operator can add \"",
+                                 core::printable(origin, max_shown), "\" to \"allowedOrigins\"."));
+    response.headers.emplace_back("Access-Control-Allow-Origin", "*");
+    return response;
 }
 
 HttpResponse password_wanted()
@@ -124,6 +139,8 @@ struct AccessControl::Impl
 
     bool is_operators(IncomingRequest const& request) const;
     bool is_of_foreign_page(IncomingRequest const& request) const;
+    bool is_of_refused_page(IncomingRequest const& request) const;
+    void log_origin(IncomingRequest const& request, std::string_view what);
     std::optional<HttpResponse> refuse(IncomingRequest const& request);
     bool may_monitor(IncomingRequest const& request) const;
 
@@ -192,6 +209,21 @@ bool AccessControl::Impl::may_monitor(IncomingRequest const& request) const
     return client && monitors.contains(*client);
 }
 
+/// Of a page that could not open the WebSockets that it needs next. Programs, and pages of before, name none.
+bool AccessControl::Impl::is_of_refused_page(IncomingRequest const& request) const
+{
+    auto const origin = request.header("Origin");
+    return !origin.empty() && !site.accepts_origin(origin, request.header("Host"));
+}
+
+void AccessControl::Impl::log_origin(IncomingRequest const& request, std::string_view what)
+{
+    auto const origin = core::printable(request.header("Origin"), max_shown);
+    log.warning(LogCause("origin", request.client),
+                concat("Refused ", what, " of a page of ", origin, origin == "null" ? from_disk : "",
+                       ": to let it in, add \"", origin, "\" to \"allowedOrigins\""));
+}
+
 std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& request)
 {
     auto const host = request.header("Host");
@@ -205,13 +237,16 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
     // Whoever knows the token of a simulation may use it, from whatever page, as with a port of its own.
     if (request.upgrade && !core::is_gateway_path(request.path) &&
         !site.accepts_origin(request.header("Origin"), host)) {
-        log.warning(LogCause("origin", request.client),
-                    concat("Refused a WebSocket of a page of ",
-                           core::printable(request.header("Origin"), 200),
-                           ": to let it in, add that to \"allowedOrigins\""));
+        log_origin(request, "a WebSocket");
         return HttpResponse(403, std::string(core::html_type),
                             "Pages of this site may not use this server. Its operator can add the site to "
                             "\"allowedOrigins\".");
+    }
+    if (request.path == session_path) { // the busiest one
+        if (!site.checks_origins() || !is_of_refused_page(request))
+            return std::nullopt;
+        log_origin(request, "a start");
+        return page_refused(request.header("Origin"));
     }
     if (is_monitoring(request.path) && !may_monitor(request))
         return monitor_authorization.empty() ? address_refused() : password_wanted();

@@ -77,7 +77,7 @@ class Pages(unittest.TestCase):
                 self.assertIn("This server has another name", browser.page_source)
                 self.assertEqual(browser.execute_script("return fetch('/api/drain', {method: 'POST'}).then(answer => answer.status)"), 421)
             self.assertEqual(simulation.ask("/readyz"), (200, "ready"))
-            self.assertIn(f"Refused a WebSocket of a page of http://{EVIL}:{site}: to let it in, add that to \"allowedOrigins\"",
+            self.assertIn(f"Refused a WebSocket of a page of http://{EVIL}:{site}: to let it in, add \"http://{EVIL}:{site}\" to \"allowedOrigins\"",
                           simulation.log())
             self.assertIn(f"Refused a request to the name \"{EVIL}:{simulation.port}\"", simulation.log())
 

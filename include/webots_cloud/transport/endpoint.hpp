@@ -32,7 +32,7 @@ struct IncomingRequest
     std::string_view header(std::string_view name) const noexcept
     {
         for (auto const& [field, value] : headers)
-            if (equal_ignoring_case(field, name))
+            if (field.size() == name.size() && equal_ignoring_case(field, name))
                 return value;
         return {};
     }

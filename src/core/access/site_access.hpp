@@ -45,6 +45,9 @@ public:
     /// patterns as `is_origin_pattern` knows them; null: the default of the reach.
     SiteAccess(Reach reach, std::vector<std::string> const& names, std::vector<std::string> const* origins);
 
+    /// Whether there are origins that are not accepted.
+    bool checks_origins() const noexcept { return !any_origin_; }
+
     /// Whether every request must name a host that is ours: only where no other name can be right.
     bool checks_hosts() const noexcept { return reach_ == Reach::this_machine; }
 

@@ -154,10 +154,31 @@ BOOST_AUTO_TEST_CASE(foreign_pages_open_no_web_socket_and_the_log_names_the_key)
                    path);
         BOOST_TEST(fixture.open(path, {{"Host", "localhost:2000"}}) == 101, path << " of a program");
     }
+    BOOST_TEST(fixture.log.contains("Refused a WebSocket of a page of https://evil.example: to let it in, "
+                                    "add \"https://evil.example\" to "
+                                    "\"allowedOrigins\""));
     BOOST_TEST(fixture.log.contains(
-        "Refused a WebSocket of a page of https://evil.example: to let it in, add that to "
-        "\"allowedOrigins\""));
-    BOOST_TEST(fixture.log.contains("Refused a WebSocket of a page of null: "));
+        "Refused a WebSocket of a page of null (opened from disk, or in a sandboxed frame): "
+        "to let it in, add \"null\" to \"allowedOrigins\""));
+}
+
+// Webots' own page, opened from disk, shows this sentence; without it, it would try to connect for ever.
+BOOST_AUTO_TEST_CASE(a_page_that_may_open_no_web_socket_is_told_so_when_it_asks_where_to)
+{
+    Fixture fixture(server("localhost"));
+    auto const answer = [&](std::string_view origin) {
+        return fixture.get("/session", {{"Host", "localhost:2000"}, {"Origin", origin}});
+    };
+    auto const refused = answer("null");
+    BOOST_TEST(refused.status == 200);
+    BOOST_TEST(refused.body == "Error: pages of null (opened from disk, or in a sandboxed frame) may not use "
+                               "this server. Its operator can add "
+                               "\"null\" to \"allowedOrigins\".");
+    BOOST_TEST(!answer("http://localhost:1999").body.starts_with("Error: "));
+    BOOST_TEST(!fixture.get("/session", {{"Host", "localhost:2000"}}).body.starts_with("Error: "),
+               "a program");
+    BOOST_TEST(
+        !fixture.get("/load", {{"Host", "localhost:2000"}, {"Origin", "null"}}).body.starts_with("Error: "));
 }
 
 BOOST_AUTO_TEST_CASE(operator_requests_need_the_token_and_a_known_host)
