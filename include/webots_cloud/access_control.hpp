@@ -38,6 +38,10 @@ struct AccessParams
     /// Not empty: these addresses and networks need no password for `/monitor` and `/metrics`; others are
     /// answered 403 if no password is set.
     std::vector<std::string> monitor_addresses;
+    /// Pages that ask `/session` for an address open their WebSocket here, as with a session server that
+    /// relays. Those that may not are told so in a sentence, instead of the address. Where others answer, it
+    /// is for them to say.
+    bool starts_here = false;
 };
 
 /// Whether a token is the operator's. Empty: there are no operator requests over the network.

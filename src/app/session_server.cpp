@@ -177,6 +177,7 @@ AccessParams session_access_params(SessionConfig const& config, std::vector<Serv
     auto params = app::access_params(config.address.host, config.access);
     for (auto const& server : servers)
         params.machines.emplace_back(host_of(server));
+    params.starts_here = config.relay;
     return params;
 }
 

@@ -243,7 +243,7 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
                             "\"allowedOrigins\".");
     }
     if (request.path == session_path) { // the busiest one
-        if (!site.checks_origins() || !is_of_refused_page(request))
+        if (!params.starts_here || !site.checks_origins() || !is_of_refused_page(request))
             return std::nullopt;
         log_origin(request, "a start");
         return page_refused(request.header("Origin"));

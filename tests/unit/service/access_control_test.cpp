@@ -165,7 +165,9 @@ BOOST_AUTO_TEST_CASE(foreign_pages_open_no_web_socket_and_the_log_names_the_key)
 // Webots' own page, opened from disk, shows this sentence; without it, it would try to connect for ever.
 BOOST_AUTO_TEST_CASE(a_page_that_may_open_no_web_socket_is_told_so_when_it_asks_where_to)
 {
-    Fixture fixture(server("localhost"));
+    auto params = server("localhost");
+    params.starts_here = true;
+    Fixture fixture(params);
     auto const answer = [&](std::string_view origin) {
         return fixture.get("/session", {{"Host", "localhost:2000"}, {"Origin", origin}});
     };
@@ -174,6 +176,10 @@ BOOST_AUTO_TEST_CASE(a_page_that_may_open_no_web_socket_is_told_so_when_it_asks_
     BOOST_TEST(refused.body == "Error: pages of null (opened from disk, or in a sandboxed frame) may not use "
                                "this server. Its operator can add "
                                "\"null\" to \"allowedOrigins\".");
+    BOOST_TEST(!Fixture(server("localhost"))
+                    .get("/session", {{"Host", "localhost:2000"}, {"Origin", "null"}})
+                    .body.starts_with("Error: "),
+               "a machine may let it in");
     BOOST_TEST(!answer("http://localhost:1999").body.starts_with("Error: "));
     BOOST_TEST(!fixture.get("/session", {{"Host", "localhost:2000"}}).body.starts_with("Error: "),
                "a program");
