@@ -41,6 +41,7 @@ struct SlurmMode::Impl
     asio::awaitable<result<>> look_at_nodes();
     asio::awaitable<result<>> look_at_jobs();
     asio::awaitable<void> look();
+    asio::awaitable<void> end_left_overs(std::vector<std::string> known);
     asio::awaitable<void> end(std::vector<std::string> jobs);
     core::Environment environment() const;
 
@@ -120,18 +121,32 @@ asio::awaitable<result<>> SlurmMode::Impl::look_at_jobs()
     queue = core::parse_queue(*printed);
     auto known_now = jobs;
     known_now.insert(known_now.end(), known.begin(), known.end());
-    auto left = core::strangers(queue, params.identity, known_now);
-    may_have_left_overs = !left.empty() || known != jobs;
+    bool const has_left_overs = !core::strangers(queue, params.identity, known_now).empty();
+    may_have_left_overs = has_left_overs || known != jobs;
+    if (has_left_overs)
+        co_await end_left_overs(std::move(known_now));
+    co_return result<>();
+}
+
+/// Other users of the cluster can name their jobs as ours are named, and forge rows of the table of all. So
+/// what is ended is looked up among our own.
+asio::awaitable<void> SlurmMode::Impl::end_left_overs(std::vector<std::string> known)
+{
+    auto const printed =
+        co_await run(params.squeue, core::own_queue_arguments(core::partitions_of(params.jobs)));
+    if (!printed)
+        co_return;
+    known.insert(known.end(), jobs.begin(), jobs.end()); // some may have come meanwhile
+    auto left = core::strangers(core::parse_queue(*printed), params.identity, known);
     if (!left.empty())
         co_await end(std::move(left));
-    co_return result<>();
 }
 
 asio::awaitable<void> SlurmMode::Impl::end(std::vector<std::string> left)
 {
     log.info(LogCause("left-overs"),
              concat("Slurm: ends ", std::to_string(left.size()), " jobs of ours that nobody waits for"));
-    auto const ended = co_await run(params.scancel, std::move(left));
+    auto const ended = co_await run(params.scancel, core::cancel_arguments(std::move(left)));
     if (!ended)
         log.warning(LogCause("left-overs"), concat("Slurm: jobs can't be ended: ", ended.error().message()));
 }

@@ -19,6 +19,13 @@ std::uint64_t whole_number(std::string_view text)
     return number;
 }
 
+/// `17`, or `17_3` of an array.
+bool is_job_number(std::string_view text)
+{
+    return !text.empty() && text.front() != '_' &&
+           text.find_first_not_of("0123456789_") == std::string_view::npos;
+}
+
 std::vector<std::string_view> words_of(std::string_view line)
 {
     auto words = split(line, ' ');
@@ -48,13 +55,26 @@ std::vector<std::string> queue_arguments(std::vector<std::string> const& partiti
             "--format=%i|%T|%r|%S|%j", only_of(partitions)};
 }
 
+std::vector<std::string> own_queue_arguments(std::vector<std::string> const& partitions)
+{
+    auto arguments = queue_arguments(partitions);
+    arguments.insert(arguments.begin(), "--me");
+    return arguments;
+}
+
+std::vector<std::string> cancel_arguments(std::vector<std::string> jobs)
+{
+    jobs.insert(jobs.begin(), "--"); // whatever follows is no option
+    return jobs;
+}
+
 std::vector<QueuedJob> parse_queue(std::string_view printed)
 {
     std::vector<QueuedJob> jobs;
     for (auto const line : split(printed, '\n')) {
         auto const fields = split(line, '|');
         constexpr std::size_t before_name = 4;
-        if (fields.size() <= before_name)
+        if (fields.size() <= before_name || !is_job_number(fields[0]))
             continue;
         auto& job = jobs.emplace_back();
         job.id = fields[0];

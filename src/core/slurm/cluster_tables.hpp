@@ -13,8 +13,14 @@
 namespace webots_cloud::core {
 
 /// The arguments with which `squeue` prints the jobs of all users, those that wait in the order of their
-/// priority.
+/// priority. For people who wait: the names of others may have line breaks in them, and be rows of their own.
 std::vector<std::string> queue_arguments(std::vector<std::string> const& partitions);
+
+/// The arguments with which it prints those of this server's user alone: what may be cancelled.
+std::vector<std::string> own_queue_arguments(std::vector<std::string> const& partitions);
+
+/// The arguments with which `scancel` ends these jobs.
+std::vector<std::string> cancel_arguments(std::vector<std::string> jobs);
 
 /// The format of moments for Slurm's programs, in the variable `SLURM_TIME_FORMAT`: seconds since 1970.
 inline constexpr std::string_view slurm_time_format = "%s";
@@ -34,7 +40,7 @@ struct QueuedJob
     bool operator==(QueuedJob const&) const = default;
 };
 
-/// Lines that are none are left out.
+/// Lines that are none are left out: a job's number has digits alone.
 std::vector<QueuedJob> parse_queue(std::string_view printed);
 
 /// What somebody is told who waits for this job; empty: it does not wait, or is not there.

@@ -128,13 +128,26 @@ BOOST_AUTO_TEST_CASE(at_the_start_jobs_of_an_earlier_run_are_ended)
 {
     SlurmFixture fixture;
     fixture.open_with("7|RUNNING|None|0|webots_cloud_h_2000_old_1_1\n8|RUNNING|None|0|theirs\n");
+    fixture.processes.expect().prints("7|RUNNING|None|0|webots_cloud_h_2000_old_1_1\n").exits(0); // of ours
     fixture.processes.expect().exits(0);
     BOOST_TEST(fixture.open() == "");
-    BOOST_TEST(fixture.arguments(3) == (std::vector<std::string>{"/bin/scancel", "7"}),
+    BOOST_TEST(has_word(fixture.arguments(3), "--me"));
+    BOOST_TEST(fixture.arguments(4) == (std::vector<std::string>{"/bin/scancel", "--", "7"}),
                boost::test_tools::per_element());
     BOOST_TEST(fixture.log.contains("Simulations are jobs of Slurm, in main: 2 nodes, 4 processors"));
     for (auto const& [name, value] : fixture.processes.started().at(0).environment)
         BOOST_TEST(name != "SECRET");
+}
+
+// Another user's job whose name has a line break in it, or is named as ours are.
+BOOST_AUTO_TEST_CASE(rows_that_others_have_forged_end_nothing)
+{
+    SlurmFixture fixture;
+    fixture.open_with("8|RUNNING|None|0|theirs\n7|RUNNING|None|0|webots_cloud_h_2000_old_1_1\n"
+                      "--me|RUNNING|None|0|webots_cloud_h_2000_old_1_2\n");
+    fixture.processes.expect().prints("5|RUNNING|None|0|other work of ours\n").exits(0);
+    BOOST_TEST(fixture.open() == "");
+    BOOST_TEST(fixture.processes.started().size() == 4u, "nothing is cancelled");
 }
 
 BOOST_AUTO_TEST_CASE(what_is_missing_is_told_at_the_start)
@@ -244,6 +257,7 @@ BOOST_AUTO_TEST_CASE(a_job_that_has_outlived_its_simulation_is_ended)
     }
     fixture.processes.expect().prints(two_nodes).exits(0);
     fixture.processes.expect().prints("4|RUNNING|None|0|webots_cloud_h_2000_r_1_1\n").exits(0);
+    fixture.processes.expect().prints("4|RUNNING|None|0|webots_cloud_h_2000_r_1_1\n").exits(0); // of ours
     fixture.processes.expect().exits(0);
     fixture.processes.expect().prints(two_nodes).exits(0);
     fixture.processes.expect().exits(0);
@@ -251,10 +265,10 @@ BOOST_AUTO_TEST_CASE(a_job_that_has_outlived_its_simulation_is_ended)
     async::TaskGroup tasks(fixture.world.executor());
     auto const task = tasks.spawn(run_slurm(fixture.slurm));
     fixture.world.advance(16s);
-    BOOST_TEST(fixture.arguments(6) == (std::vector<std::string>{"/bin/scancel", "4"}),
+    BOOST_TEST(fixture.arguments(7) == (std::vector<std::string>{"/bin/scancel", "--", "4"}),
                boost::test_tools::per_element());
-    BOOST_TEST(fixture.processes.started().size() == 10u);
-    BOOST_TEST(fixture.arguments(9).front() == "/bin/sinfo");
+    BOOST_TEST(fixture.processes.started().size() == 11u);
+    BOOST_TEST(fixture.arguments(10).front() == "/bin/sinfo");
     async::TaskGroup::cancel(task);
     fixture.world.settle();
 }

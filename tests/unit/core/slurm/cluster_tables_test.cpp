@@ -35,6 +35,8 @@ BOOST_AUTO_TEST_CASE(jobs_are_read)
     BOOST_TEST(!queue[2].start.has_value());
     BOOST_TEST(!queue[4].waits);
     BOOST_TEST(queue[5].ends);
+    BOOST_TEST(parse_queue("--me|RUNNING|None|0|x\n|RUNNING|None|0|x\n1 2|RUNNING|None|0|x\n").empty());
+    BOOST_TEST(parse_queue("17_3|RUNNING|None|0|x\n").size() == 1u);
     BOOST_TEST(parse_queue("slurm_load_jobs error: Unable to contact slurm controller\n").empty());
 }
 
