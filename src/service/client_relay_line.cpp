@@ -11,7 +11,7 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
+#include <set>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -249,9 +249,13 @@ void ClientRelay::give_out_seats(TimePoint now)
     std::erase_if(too_large_, [now](auto const& tried) { return now >= tried.second; });
     std::vector<Browser*> seated;
     std::vector<std::pair<Browser*, Failure>> hopeless;
-    std::vector<Browser*> refused; // by all machines that answer
-    // What others ask for that no free machine has, and whether one that is not free may have it.
-    std::map<std::vector<std::string>, bool> in_vain;
+    std::vector<Browser*> refused;              // by all machines that answer
+    std::set<std::vector<std::string>> in_vain; // what others ask for that no free machine has
+    std::size_t doubts = 0;
+    // Of those who were refused, a few in a turn: all machines are looked at for each.
+    auto const is_refused_everywhere = [&](Browser const& browser) {
+        return browser.refusals && ++doubts <= max_tries && !may_be_taken(browser, now);
+    };
     std::size_t tries = 0;
     std::size_t passed = 0;
     auto const may_go_on = [&] {
@@ -271,8 +275,8 @@ void ClientRelay::give_out_seats(TimePoint now)
             continue;
         }
         auto wishes = wishes_of(browser, now);
-        if (auto const known = in_vain.find(wishes); known != in_vain.end()) {
-            if (!known->second)
+        if (in_vain.contains(wishes)) {
+            if (is_refused_everywhere(browser))
                 refused.push_back(&browser);
             continue;
         }
@@ -288,10 +292,9 @@ void ClientRelay::give_out_seats(TimePoint now)
         } else if (wishes.empty()) {
             break; // nobody else has more to choose from
         } else {
-            bool const may_be_taken = this->may_be_taken(browser, now);
-            if (!may_be_taken)
+            if (is_refused_everywhere(browser))
                 refused.push_back(&browser);
-            in_vain.emplace(std::move(wishes), may_be_taken);
+            in_vain.insert(std::move(wishes));
         }
     }
     for (auto* const browser : seated) {

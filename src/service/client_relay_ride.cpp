@@ -222,7 +222,7 @@ void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
     }
     if (refusal == MachineRefusal::machine) {
         faults_.has_refused(ride.entry, browser.group);
-        auto const& why = refusals.last_word.empty() ? ride.problem : refusals.last_word;
+        auto const& why = ride.problem.empty() ? refusals.last_word : ride.problem;
         log_.warning(LogCause("refused start", ride.entry),
                      concat(ride.entry, " refuses a start: ", core::printable(why, longest_logged)));
     }
@@ -264,6 +264,7 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser)
 asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
 {
     auto& ride = *browser.ride;
+    ride.problem.clear(); // of the machine before
     auto opened = co_await connect(browser);
     if (!opened) {
         ride.problem = opened.error().message();

@@ -435,9 +435,9 @@ constexpr std::string_view reasons[] = {
     "Error: https://e.org can't be reached: Connection refused. Try again later.", // or a proxy can't
     "Error: /a/folder can't be written: No space left on device",
     "Error: /a/folder can't be written: Permission denied",
-    "Error: The operator's key for this website can't be read",
+    "Error: localhost can't be read", // the key of a website
     "Error: This simulation server is not configured to share idle time.",
-    "Error: Webots has quit unexpectedly.", // while it loaded the world
+    "Error: Unable to start Webots: it was ended by signal 11 before the world was loaded",
     "Error: This simulation server is being stopped. Please start again.",
 };
 
@@ -518,6 +518,31 @@ BOOST_AUTO_TEST_CASE(who_waits_for_a_machine_that_goes_away_is_told_why_the_othe
     fixture.world.advance(2s);
     BOOST_TEST(browser.sent.back() == refused);
     BOOST_TEST(browser.close_code.has_value());
+}
+
+// Whoever was refused everywhere takes nobody along who was not.
+BOOST_AUTO_TEST_CASE(only_those_whom_all_machines_have_refused_are_told_so)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 5);
+    fixture.has_room("b:2000", 0);
+    auto& first = fixture.start(todays_start, "192.0.2.1");
+    auto& second = fixture.start(todays_start, "192.0.2.2");
+    for (std::size_t number = 0; number < 2; ++number) { // a refuses both
+        fixture.sockets.peer(number).says("refusal: machine");
+        fixture.sockets.peer(number).says(std::string(refused));
+        fixture.world.settle();
+    }
+    BOOST_TEST(last_of(second, "queue:") == "queue:1");
+    fixture.has_room("b:2000", 1);
+    fixture.has_room("b:2000", 0);
+    BOOST_TEST_REQUIRE(fixture.sockets.accepted() == 3u); // b refuses the first
+    fixture.sockets.peer(2).says("refusal: machine");
+    fixture.sockets.peer(2).says(std::string(refused));
+    fixture.world.advance(2s);
+    BOOST_TEST(first.sent.back() == refused);
+    BOOST_TEST(first.close_code.has_value());
+    BOOST_TEST(!second.close_code.has_value());
 }
 
 BOOST_AUTO_TEST_CASE(who_comes_to_a_full_machine_waits_again_where_it_was)
