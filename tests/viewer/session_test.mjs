@@ -748,6 +748,7 @@ test('every sentence of the protocol about a start is said in the words of peopl
   const unsaid = told.filter((text) => explain(text) === text && !text.startsWith('Unsupported client mode')); // for authors of pages
   assert.deepEqual(unsaid, []);
   assert.equal(explain('The operator has ended this simulation.'), say('refusal.endedByOperator'));
+  assert.equal(explain('/srv/projects/x can\'t be written: No space left on device'), say('refusal.diskFull'));
   assert.equal(explain('no such world.'), 'No such world.'); // of another server
   assert.equal(explain('my_world is empty.'), 'my_world is empty.');
 });

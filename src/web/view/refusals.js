@@ -18,6 +18,7 @@ const TABLE = [
   [/^Repository (.+) does not exist or is private/, ([, name]) => say('refusal.noRepository', { name })],
   [/^Repository (.+?) has no (?:branch or tag|such commit|folder)/, ([, name]) => say('refusal.notThere', { name })],
   [/^There is no project (.+) with a folder "worlds"/, ([, name]) => say('refusal.noProject', { name })],
+  [/No space left on device/, () => say('refusal.diskFull')],
   [/^(.+?) can't be reached: .*Try again later\.$/, ([, site]) => say('refusal.siteUnreachable', { site })],
   [/^The (?:project (?:is larger|has more than|has a file|has folders|took too long)|project's archive|large files)/,
     ({ input }) => say('refusal.badProject', { why: input })],
