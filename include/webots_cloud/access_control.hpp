@@ -73,6 +73,9 @@ public:
     void remove_machine(std::string_view machine);
 
     Answer respond(IncomingRequest const& request) override;
+    /// Those of `endpoint`. Whoever may not ask is told so when the body has come.
+    std::uint64_t max_body(IncomingRequest const& request) override;
+    boost::asio::awaitable<HttpResponse> respond_to_body(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;
 

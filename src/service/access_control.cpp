@@ -278,6 +278,22 @@ Answer AccessControl::respond(IncomingRequest const& request)
     return answer;
 }
 
+std::uint64_t AccessControl::max_body(IncomingRequest const& request)
+{
+    return impl_->endpoint.max_body(request);
+}
+
+boost::asio::awaitable<HttpResponse> AccessControl::respond_to_body(IncomingRequest const& request)
+{
+    if (request.is_operator && impl_->is_of_foreign_page(request))
+        co_return foreign_page_refused();
+    if (!request.is_operator) {
+        if (auto refusal = impl_->refuse(request))
+            co_return std::move(*refusal);
+    }
+    co_return co_await impl_->endpoint.respond_to_body(request);
+}
+
 boost::asio::awaitable<void> AccessControl::serve_websocket(ChannelInfo info, Channel& channel)
 {
     return impl_->endpoint.serve_websocket(std::move(info), channel);

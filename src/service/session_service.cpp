@@ -544,6 +544,7 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         // clang-format off
         {"/session",       Methods::read_and_options, everybody,                 accepted, &Impl::session, any_origin},
         {"/",              Methods::read,             everybody,                 accepted, &Impl::availability},
+        {"/request",       Methods::read,             everybody,                 ignored,  &Impl::availability},
         {"/load",          Methods::read,             everybody,                 ignored,  &Impl::mean_load},
         {"/monitor",       Methods::read,             everybody,                 accepted, &Impl::monitor_page},
         {"/metrics",       Methods::read,             everybody,                 ignored,  &Impl::metrics},

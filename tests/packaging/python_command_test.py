@@ -78,6 +78,7 @@ class PythonCommands(unittest.TestCase):
         wait_until(lambda: answer(self.ports["session"], "/session") == f"ws://localhost:{self.ports['session']}",
                    lambda: "the session server does not send anybody anywhere")
         wait_until(lambda: answer(self.ports["session"], "/") == "1", lambda: "it has heard of no machine")
+        self.assertEqual(answer(self.ports["session"], "/request"), "1")
         self.assertIn(f"localhost:{self.ports['simulation']}", answer(self.ports["session"], "/monitor"))
         self.assertEqual(self.ended(session, signal.SIGTERM), 0)
         self.assertEqual(self.ended(simulation, signal.SIGINT), 0)

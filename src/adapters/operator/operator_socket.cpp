@@ -46,7 +46,8 @@ constexpr auto patience = std::chrono::seconds(5); // for a request, and for its
 constexpr std::size_t max_head = 8 * 1024;
 constexpr std::size_t max_answer = 16 * 1024 * 1024;
 constexpr int max_ancestors = 256;
-constexpr int max_waiting = 8; // connections
+constexpr int max_waiting = 8;                                // connections
+constexpr auto pause_after_failure = std::chrono::seconds(1); // to accept one
 
 std::string last_error()
 {
@@ -217,8 +218,14 @@ asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
         cancelled = co_await async::is_cancelled();
         if (cancelled)
             break;
-        if (error)
-            co_return Failure(error);
+        if (error) { // no descriptor is left, say: that passes, and the server and its simulations go on
+            log_.warning(LogCause("operator's socket"),
+                         concat("Can't accept a connection to the operator's socket: ", error.message()));
+            asio::steady_timer pause(acceptor_.get_executor(), pause_after_failure);
+            (void)co_await pause.async_wait(asio::as_tuple(asio::use_awaitable));
+            cancelled = co_await async::is_cancelled();
+            continue;
+        }
         if (auto const why = refusal(socket); !why.empty())
             log_.warning(LogCause("operator's socket"),
                          concat("Refused a connection to the operator's socket: ", why));

@@ -4,6 +4,7 @@
 
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/world.hpp>
 
 using namespace webots_cloud;
 
@@ -24,6 +25,13 @@ public:
         HttpResponse response(200, "text/html", "here");
         response.fixed_headers = fixed_headers;
         return response;
+    }
+
+    std::uint64_t max_body(IncomingRequest const&) override { return 7; }
+    boost::asio::awaitable<HttpResponse> respond_to_body(IncomingRequest const&) override
+    {
+        HttpResponse response(200, "text/html", "taken");
+        co_return response;
     }
 
     boost::asio::awaitable<void> serve_websocket(ChannelInfo, Channel&) override { co_return; }
@@ -160,6 +168,23 @@ BOOST_AUTO_TEST_CASE(foreign_pages_open_no_web_socket_and_the_log_names_the_key)
     BOOST_TEST(fixture.log.contains(
         "Refused a WebSocket of a page of null (opened from disk, or in a sandboxed frame): "
         "to let it in, add \"null\" to \"allowedOrigins\""));
+}
+
+BOOST_AUTO_TEST_CASE(bodies_reach_an_endpoint_that_takes_them_unless_they_may_not)
+{
+    Fixture fixture(server("localhost"));
+    testing::World world;
+    auto const answer = [&](std::string_view host) {
+        Headers const headers{{"Host", std::string(host)}};
+        IncomingRequest request;
+        request.method = "POST";
+        request.path = "/form";
+        request.headers = headers;
+        BOOST_TEST(fixture.access.max_body(request) == 7u);
+        return world.run(fixture.access.respond_to_body(request));
+    };
+    BOOST_TEST(answer("localhost:2000").body == "taken");
+    BOOST_TEST(answer("evil.example").status == 421);
 }
 
 // Webots' own page, opened from disk, shows this sentence; without it, it would try to connect for ever.

@@ -10,6 +10,7 @@
 #include <boost/asio/io_context.hpp>
 
 #include <linux/sched.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/un.h>
@@ -194,6 +195,44 @@ BOOST_AUTO_TEST_CASE(a_server_that_is_stopped_while_somebody_is_connected_accept
     BOOST_TEST(ended);
     ::close(life[0]);
     ::close(life[1]);
+}
+
+// A server ends when one of its parts does, with all its simulations.
+BOOST_AUTO_TEST_CASE(a_connection_that_can_not_be_accepted_ends_nothing)
+{
+    Folder const folder;
+    asio::io_context context;
+    testing::RecordingLog log;
+    Counter endpoint;
+    auto const path = folder.path / "operator.sock";
+    auto const server = make_operator_socket(context.get_executor(), path, log.logger());
+    BOOST_TEST_REQUIRE(server->listen().has_value());
+    asio::cancellation_signal stop;
+    bool ended = false;
+    auto const at_end = [&ended](std::exception_ptr, result<> const&) { ended = true; };
+    asio::co_spawn(context, server->run(endpoint), asio::bind_cancellation_slot(stop.slot(), at_end));
+    context.poll();
+
+    int const connection = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    rlimit usual{};
+    BOOST_TEST_REQUIRE(::getrlimit(RLIMIT_NOFILE, &usual) == 0);
+    auto none = usual;
+    none.rlim_cur = 0;
+    BOOST_TEST_REQUIRE(::setrlimit(RLIMIT_NOFILE, &none) == 0);
+    bool const is_connected = connect_to(connection, path);
+    context.restart();
+    context.run_one();
+    context.poll();
+    ::setrlimit(RLIMIT_NOFILE, &usual);
+    BOOST_TEST(is_connected);
+    BOOST_TEST(log.contains("Can't accept a connection to the operator's socket: "));
+    BOOST_TEST(!ended);
+
+    stop.emit(asio::cancellation_type::terminal);
+    context.restart();
+    context.run_for(std::chrono::seconds(10));
+    BOOST_TEST(ended);
+    ::close(connection);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
