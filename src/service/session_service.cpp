@@ -904,8 +904,13 @@ std::optional<Answer> SessionService::Impl::pass_on_below(IncomingRequest const&
 
 Answer SessionService::respond(IncomingRequest const& request)
 {
-    if (auto answer = impl_->pass_on(request))
+    if (auto answer = impl_->pass_on(request)) {
+        // What a machine answers has the site's origin, and would answer for its pages from then on.
+        if (std::holds_alternative<Forward>(*answer) && request.header("Service-Worker") == "script")
+            return HttpResponse(403, std::string(core::html_type),
+                                "Machines can't register service workers for this site.");
         return std::move(*answer);
+    }
     return route_table::respond(Impl::routes(), *impl_, request);
 }
 

@@ -13,6 +13,7 @@
 #include <webots_cloud/testing/world.hpp>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 using namespace webots_cloud;
@@ -1005,6 +1006,10 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
         BOOST_TEST(forward->target == "/client?a=b");
         BOOST_TEST(forward->added_answer_headers.empty()); // its gateway knows what is a simulation's
     }
+    std::array<std::pair<std::string_view, std::string_view>, 1> const worker{{{"Service-Worker", "script"}}};
+    request.headers = worker;
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 403);
+    request.headers = {};
     server.first_port = 2001;
     server.last_port = 2002;
     fixture.service.set_servers({server});
