@@ -175,7 +175,7 @@ BOOST_AUTO_TEST_CASE(bodies_reach_an_endpoint_that_takes_them_unless_they_may_no
     Fixture fixture(server("localhost"));
     testing::World world;
     auto const answer = [&](std::string_view host) {
-        Headers const headers{{"Host", std::string(host)}};
+        Headers const headers{{"Host", host}};
         IncomingRequest request;
         request.method = "POST";
         request.path = "/form";
