@@ -196,7 +196,6 @@ install_page_libraries()
     install_node_packages src/web/class || echo "Classes will have no QR code: npm could not install its library." >&2
 }
 
-# build TARGET
 # build TARGET: what of it is not built yet, showing how far it is in one line. What the tools say is in build/release/build.log.
 build()
 {

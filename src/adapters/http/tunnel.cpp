@@ -27,7 +27,8 @@ Tunnels::Tunnel::Tunnel(Tunnels& owner, TunnelPlan plan)
     browser_.pending = std::move(plan.to_browser);
     upstream_.pending = std::move(plan.to_upstream);
     take_from_rest(0);
-    take_chunks({});
+    if (plan.chunks)
+        take_chunks(*plan.chunks);
     upstream_.is_bulk = is_long();
     is_cut_ = group_ && !group_->join(*this);
 }
@@ -58,23 +59,14 @@ void Tunnels::Tunnel::take_from_rest(std::uint64_t bytes) noexcept
     upstream_.is_over = upstream_.is_over || rest_ == 0;
 }
 
-/// Of what the other server has sent, that which belongs to its body.
-std::size_t Tunnels::Tunnel::body_of(std::string_view bytes) const noexcept
+/// How far its body has come: what has been sent on, or is kept.
+void Tunnels::Tunnel::take_chunks(core::ChunkedBody const& chunks)
 {
-    auto ahead = chunks_;
-    return ahead ? ahead->take(bytes) : bytes.size();
-}
-
-/// These bytes of it have been sent on, or are kept.
-void Tunnels::Tunnel::take_chunks(std::string_view bytes)
-{
-    if (!chunks_)
-        return;
-    chunks_->take(bytes);
-    if (!chunks_->is_over() || upstream_.is_over)
+    chunks_ = chunks;
+    if (!chunks.is_over() || upstream_.is_over)
         return;
     upstream_.is_over = true;
-    if (chunks_->is_complete() && !browser_.end.is_broken())
+    if (chunks.is_complete() && !browser_.end.is_broken())
         browser_.pending.append(core::ChunkedBody::end());
 }
 
@@ -143,9 +135,9 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         from.is_over = true;
         return Step::again;
     }
-    bool const is_upstreams = &from == &upstream_;
-    if (is_upstreams)
-        got = body_of(std::string_view(bytes, got));
+    auto chunks = &from == &upstream_ ? chunks_ : std::nullopt;
+    if (chunks)
+        got = chunks->take(std::string_view(bytes, got));
     std::size_t sent = got;
     if (!to.end.is_broken()) {
         sent = to.end.write(std::string_view(bytes, got));
@@ -164,11 +156,15 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         from.end.discard(bytes, sent, sent == got && got < size);
     if (is_counted_side)
         take_from_rest(sent);
-    if (is_upstreams)
-        take_chunks(std::string_view(bytes, sent));
+    if (chunks && sent < got) {
+        chunks = chunks_;
+        chunks->take(std::string_view(bytes, sent));
+    }
+    if (chunks) // also where nothing was taken: it may be known now that no chunk follows
+        take_chunks(*chunks);
     from.is_bulk = got >= small_chunk || (is_counted_side && is_long());
     // What ends a chunked body is written by us, and not known to the kernel yet: no event will tell of it.
-    bool const is_ended = is_upstreams && chunks_ && from.is_over;
+    bool const is_ended = chunks && from.is_over;
     bool const is_taken = (to.pending.empty() || is_ended) && (to.end.may_write() || to.end.is_broken());
     return is_taken && (from.is_over || from.end.may_read()) ? Step::again : Step::wait;
 }

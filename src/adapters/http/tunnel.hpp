@@ -77,8 +77,7 @@ private:
     bool is_counted() const noexcept { return rest_ != TunnelPlan::until_the_end; }
     bool is_long() const noexcept;
     void take_from_rest(std::uint64_t bytes) noexcept;
-    std::size_t body_of(std::string_view bytes) const noexcept;
-    void take_chunks(std::string_view bytes);
+    void take_chunks(core::ChunkedBody const& chunks);
     std::size_t flush(Side& to);
     Step relay(Side& from, Side& to, std::size_t& moved);
     void count(Side const& to, std::size_t bytes) noexcept;

@@ -1,5 +1,7 @@
 #include "chunked_body.hpp"
 
+#include "core/text.hpp"
+
 #include <algorithm>
 
 namespace webots_cloud::core {
@@ -7,16 +9,6 @@ namespace {
 
 constexpr std::uint16_t longest_line = 256; // nobody uses more for extensions
 constexpr std::uint64_t largest_chunk = std::uint64_t(1) << 56;
-
-/// -1: none.
-int hexadecimal_digit(char c) noexcept
-{
-    if (c >= '0' && c <= '9')
-        return c - '0';
-    if (c >= 'a' && c <= 'f')
-        return c - 'a' + 10;
-    return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
-}
 
 } // namespace
 
@@ -49,7 +41,7 @@ ChunkedBody::State ChunkedBody::next(char byte) noexcept
             return line_ > 1 ? State::line_feed : State::malformed;
         if (state_ == State::extension)
             return State::extension;
-        if (auto const digit = hexadecimal_digit(byte); digit >= 0) {
+        if (auto const digit = hex_digit(byte); digit >= 0) {
             left_ = 16 * left_ + static_cast<unsigned>(digit);
             return left_ <= largest_chunk ? State::size : State::malformed;
         }

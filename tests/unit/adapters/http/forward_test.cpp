@@ -164,6 +164,28 @@ BOOST_AUTO_TEST_CASE(nothing_follows_the_last_chunk_of_an_answer)
     }
 }
 
+BOOST_AUTO_TEST_CASE(what_is_no_chunk_ends_the_answer_there)
+{
+    for (bool const hangs_up : {false, true}) {
+        RunningServer server;
+        OtherServer other;
+        server.endpoint.forward = other.forward();
+        Client browser(server);
+        browser.say(forwarded_request);
+        auto upstream = other.accept();
+        upstream.read_request();
+        upstream.say("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n");
+        BOOST_TEST(browser.read_to("hello\r\n").ends_with("hello\r\n"));
+        BOOST_TEST(server.eventually_counts(&HttpServerStatistics::tunnels, 1));
+        upstream.say("no chunk"); // read by itself, as all before it has been relayed
+        if (hangs_up)
+            upstream.close();
+        BOOST_TEST(browser.read_all() == "");
+        browser.shut_down();
+        BOOST_TEST(server.eventually_counts(&HttpServerStatistics::tunnels, 0));
+    }
+}
+
 BOOST_AUTO_TEST_CASE(head_and_not_modified_are_answered_without_a_body)
 {
     RunningServer server;
