@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <memory>
 
@@ -16,19 +17,28 @@ constexpr std::size_t threads_for_each = 4; // of the processes that are looked 
 
 void add_children(std::string const& thread, std::size_t max, ProcessTree& tree)
 {
+    int const list = ::open((thread + "/children").c_str(), O_RDONLY | O_CLOEXEC);
+    if (list < 0)
+        return; // it has ended
     ProcBuffer buffer;
-    auto list = read_start(thread + "/children", buffer);
-    if (list.size() == buffer.size()) { // cut off, and the last number perhaps in the middle
-        tree.is_whole = false;
-        list = list.substr(0, list.rfind(' '));
-    }
-    while (auto const child = next_number(list)) {
-        if (tree.processes.size() == max) {
-            tree.is_whole = false;
-            return;
+    std::size_t held = 0; // of the last read: a number that goes on in the next one
+    while (tree.is_whole) {
+        auto const size = ::read(list, buffer.data() + held, buffer.size() - held);
+        std::string_view const text(buffer.data(),
+                                    held + static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+        auto numbers = size > 0 ? text.substr(0, text.rfind(' ') + 1) : text;
+        auto const rest = text.substr(numbers.size());
+        while (auto const child = next_number(numbers)) {
+            tree.is_whole = tree.processes.size() < max;
+            if (!tree.is_whole)
+                break;
+            tree.processes.push_back(static_cast<pid_t>(child));
         }
-        tree.processes.push_back(static_cast<pid_t>(child));
+        if (size <= 0)
+            break;
+        held = rest.copy(buffer.data(), rest.size());
     }
+    ::close(list);
 }
 
 /// Children are those of the thread that started them.

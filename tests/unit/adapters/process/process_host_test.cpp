@@ -22,6 +22,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -271,6 +273,24 @@ BOOST_AUTO_TEST_CASE(of_many_processes_some_are_looked_at_and_it_is_said)
     BOOST_TEST(part.memory_bytes > 0u);
     BOOST_TEST(adapters::process_tree(process->id(), 5).processes.size() == 5u);
     BOOST_TEST(adapters::process_tree(process->id(), 100).processes.size() > 9u);
+}
+
+// Their numbers are more than one read of the kernel's list, in which those of a limit could be hidden.
+BOOST_AUTO_TEST_CASE(however_many_children_a_process_has_all_are_counted)
+{
+    constexpr std::size_t children = 1200; // of at least four bytes each
+    auto const process = start_shell("i=0; while [ $i -lt " + std::to_string(children) +
+                                     " ]; do /bin/sleep 600 & i=$((i+1)); done; echo ready; wait");
+    run(watch(*process, "ready\n"));
+    auto const tree = adapters::process_tree(process->id(), 2 * children);
+    BOOST_TEST(tree.is_whole);
+    BOOST_TEST(tree.processes.size() > children);
+    auto const unique = std::set<pid_t>(tree.processes.begin(), tree.processes.end());
+    BOOST_TEST(unique.size() == tree.processes.size());
+    BOOST_TEST(adapters::process_usage(process->id(), 2 * children).processes > children);
+    auto const part = adapters::process_tree(process->id(), children);
+    BOOST_TEST(!part.is_whole);
+    BOOST_TEST(part.processes.size() == children);
 }
 
 namespace {
