@@ -115,6 +115,9 @@ bool enter_groups(Limits const& limits)
 
 bool set_limits(Limits const& limits)
 {
+    // A core file would hold the memory of a stranger's program, and can be larger than its disk limit.
+    if (!lower(RLIMIT_CORE, 0))
+        return false;
     if (limits.data > 0 && !lower(RLIMIT_DATA, limits.data))
         return false;
     if (limits.files > 0 && !lower(RLIMIT_NOFILE, limits.files))

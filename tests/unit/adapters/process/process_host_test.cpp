@@ -275,6 +275,12 @@ BOOST_AUTO_TEST_CASE(of_many_processes_some_are_looked_at_and_it_is_said)
     BOOST_TEST(adapters::process_tree(process->id(), 100).processes.size() > 9u);
 }
 
+BOOST_AUTO_TEST_CASE(a_program_that_crashes_leaves_no_core_file)
+{
+    auto const process = start_shell("ulimit -Hc; ulimit -Sc; echo ready; /bin/sleep 600");
+    BOOST_TEST(run(watch(*process, "ready\n")).output == "0\n0\nready\n");
+}
+
 // Their numbers are more than one read of the kernel's list, in which those of a limit could be hidden.
 BOOST_AUTO_TEST_CASE(however_many_children_a_process_has_all_are_counted)
 {
