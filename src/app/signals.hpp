@@ -28,7 +28,8 @@ boost::asio::awaitable<result<Configured<Config>>> read_again(Reload<Config> con
 }
 
 /// At each SIGHUP, has `reload` read the configuration, on another thread, and passes it to `apply`. If it is
-/// invalid, that is logged and the old one stays in use. Ends when cancelled, but not while `reload` reads.
+/// invalid, or `apply` refuses it, that is logged and the old one stays in use: parts that `apply` has changed
+/// by then get the old one again. Ends when cancelled, but not while `reload` reads.
 ///
 /// `running` is the configuration of the start: a key that needs a restart and differs from its value there
 /// is named in the log at each SIGHUP. Without `reload` SIGHUP is left alone.
@@ -40,6 +41,7 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
     boost::asio::signal_set signals(executor);
     if (reload)
         signals.add(SIGHUP);
+    auto in_force = running;
     boost::asio::thread_pool reading(1); // its destructor waits for what it reads
     co_await boost::asio::this_coro::throw_if_cancelled(false);
     for (;;) {
@@ -55,6 +57,8 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
             co_return Failure(boost::asio::error::operation_aborted);
         auto const applied = configured ? apply(configured->config) : result<>(configured.error());
         if (!applied) {
+            if (configured)
+                (void)apply(in_force);
             auto const lines = applied.error().message();
             for (auto const line : core::split(lines, '\n'))
                 log.error(core::concat("The configuration stays as it was: ", line));
@@ -62,6 +66,7 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
         }
         for (auto const& warning : configured->warnings)
             log.warning(warning);
+        in_force = configured->config;
         log.info("The configuration was read again");
         if (auto const keys = core::keys_for_restart(running, configured->config); !keys.empty())
             log.warning(core::concat("These keys have changed, and take effect at the next start: ",

@@ -51,6 +51,7 @@
 
 #include <fstream>
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace webots_cloud {
@@ -444,6 +445,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                             Reload<SimulationConfig> reload, fs::path programs, Logger log,
                                             fs::path config_file)
 {
+    // Other users search what we make for simulations, whatever the operator's shell takes from new folders.
+    // Our private folders say so themselves, and that of the logs exists by now.
+    (void)::umask(S_IWGRP | S_IWOTH);
     programs = absolute_path(programs);
     auto const choice = choose_simulator(config, programs);
     if (!choice)
@@ -609,8 +613,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (!session_mac)
         co_return session_mac.error();
     Announcing announcing(announcing_params(config), *http, *clock, log, std::move(*session_mac));
-    app::DoctorEndpoint::Look const look = [&config, &programs, &wall_findings, &doctor, &executor] {
-        return app::examine_simulation_server(config, programs, wall_findings,
+    auto examined = config;
+    app::DoctorEndpoint::Look const look = [&examined, &programs, &wall_findings, &doctor, &executor] {
+        return app::examine_simulation_server(examined, programs, wall_findings,
                                               app::view_from_inside(doctor.instance()), executor);
     };
     std::function<result<>(SimulationConfig const&)> const apply =
@@ -622,6 +627,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         tell_outside_projects(next, walls, log);
         service.apply(service_params(next, walls, choice->notice));
         registration.apply(registration_params(next));
+        examined = next;
         return result<>();
     };
     std::function<void()> const drain = [&service] { service.drain(false); };

@@ -1,6 +1,7 @@
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 
+#include "async/cancellation.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/this_coro.hpp>
@@ -45,6 +46,12 @@ struct ProjectFetcher::Impl
 
     /// `order` lacks its directory and limits.
     asio::awaitable<result<Project>> fetch(ProjectSource& source, FetchOrder order, std::string world)
+    {
+        return async::isolated(fetch_or_remove(source, std::move(order), std::move(world)));
+    }
+
+    asio::awaitable<result<Project>> fetch_or_remove(ProjectSource& source, FetchOrder order,
+                                                     std::string world)
     {
         order.limits = params.limits;
         order.directory = params.instances / std::to_string(++next);

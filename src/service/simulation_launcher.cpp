@@ -1,5 +1,6 @@
 #include <webots_cloud/simulation_launcher.hpp>
 
+#include "async/cancellation.hpp"
 #include "async/deadline.hpp"
 #include "core/docker/compose_output.hpp"
 #include "core/docker/docker_project.hpp"
@@ -220,10 +221,8 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
         if (auto const* output = std::get_if<ProcessOutput>(&*event)) {
             on_output(output->bytes);
         } else {
-            if (runtime_.leaves_something()) { // not cancellable: the end is reported when nothing is left
-                co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-                co_await runtime_.clear(plan_);
-            }
+            if (runtime_.leaves_something()) // not cancellable: the end is reported when nothing is left
+                co_await async::uncancellable(runtime_.clear(plan_));
             auto const refused = co_await process_->usage();
             on_exit(std::get<ExitStatus>(*event), refused);
         }

@@ -408,6 +408,10 @@ class RunningServers(unittest.TestCase):
                 if running is simulation:
                     self.assertEqual(found["sandbox"]["verdict"], "warning", found)
             self.assertEqual(found[f"machine {simulation.address}"]["verdict"], "ok")
+            # After SIGHUP it judges the configuration that was read again.
+            simulation.reread(forges=["http://127.0.0.1:9"])
+            wait_until(lambda: "The configuration was read again" in simulation.log(), simulation.log)
+            wait_until(lambda: "127.0.0.1:9" in simulation.ask("/api/doctor", headers=authorized)[1], lambda: simulation.ask("/api/doctor?last", headers=authorized)[1])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/threads/blocking_pool.hpp"
+#include "async/cancellation.hpp"
 #include "control_groups.hpp"
 #include "core/text.hpp"
 #include "listening_ports.hpp"
@@ -289,9 +290,8 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
         co_return Failure(error);
     wake_calls_->stop();
     if (group_) { // not cancellable: the end is reported with its reason
-        co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
         TakeRefusals work{std::exchange(group_, nullptr)};
-        refusals_ = co_await inspection_->limits.run(std::move(work));
+        refusals_ = co_await async::uncancellable(inspection_->limits.run(std::move(work)));
     }
     int const status = guard_.native_exit_code();
     status_ =

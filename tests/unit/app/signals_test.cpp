@@ -7,6 +7,7 @@
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 
@@ -15,6 +16,7 @@
 #include <csignal>
 #include <exception>
 #include <future>
+#include <vector>
 
 using namespace webots_cloud;
 namespace asio = boost::asio;
@@ -105,6 +107,40 @@ BOOST_AUTO_TEST_CASE(a_server_ends_after_its_configuration_has_been_read)
     reload.context.run();
     BOOST_TEST(reload.has_ended);
     BOOST_TEST(reload.log.lines.empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_configuration_that_is_refused_halfway_is_taken_back)
+{
+    asio::io_context context;
+    testing::RecordingLog log;
+    SessionConfig running;
+    running.load_threshold = 50;
+    std::vector<double> read{60, 70, 80};
+    auto const reload = [&read]() -> result<Configured<SessionConfig>> {
+        Configured<SessionConfig> configured;
+        configured.config.load_threshold = read.front();
+        read.erase(read.begin());
+        return configured;
+    };
+    std::vector<double> applied;
+    auto const apply = [&applied](SessionConfig const& next) -> result<> {
+        applied.push_back(next.load_threshold);
+        return next.load_threshold == 70 ? result<>(Failure(errc::invalid_config, "70 is refused"))
+                                         : result<>();
+    };
+    asio::cancellation_signal stop;
+    auto task = app::obey_sighup<SessionConfig>(context.get_executor(), reload, running, apply, log.logger());
+    asio::co_spawn(context, std::move(task), asio::bind_cancellation_slot(stop.slot(), asio::detached));
+    context.poll();
+    for (std::size_t told = 1; told <= 3; ++told) {
+        std::raise(SIGHUP);
+        while (log.lines.size() < told)
+            context.run_one();
+    }
+    BOOST_TEST(applied == (std::vector<double>{60, 70, 60, 80}), boost::test_tools::per_element());
+    BOOST_TEST(log.lines[1].find("The configuration stays as it was: 70 is refused") != std::string::npos);
+    stop.emit(asio::cancellation_type::terminal);
+    context.run();
 }
 
 BOOST_AUTO_TEST_SUITE_END()

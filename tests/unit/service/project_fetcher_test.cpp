@@ -125,6 +125,20 @@ asio::awaitable<void> fetch_into(ProjectFetcher& fetcher, ProjectRef ref, Fetche
     fetched.emplace(std::move(project));
 }
 
+/// Then waits for an hour, unless it is cancelled: `threw`.
+asio::awaitable<void> fetch_and_wait(Fixture& fixture, ProjectRef ref, bool& threw)
+{
+    auto project = co_await fixture.fetcher.fetch(std::move(ref), std::make_shared<FetchProgress>());
+    if (project)
+        co_await fixture.fetcher.discard(std::move(*project));
+    try {
+        for (int waits = 0; waits < 3600; ++waits)
+            co_await fixture.world.clock.wait_until(fixture.world.clock.now() + 1s);
+    } catch (boost::system::system_error const&) {
+        threw = true;
+    }
+}
+
 } // namespace
 
 BOOST_AUTO_TEST_SUITE(project_fetcher)
@@ -292,6 +306,23 @@ BOOST_AUTO_TEST_CASE(a_fetch_that_is_cancelled_completes_when_its_directory_is_g
     BOOST_TEST_REQUIRE(fetched.has_value());
     BOOST_TEST_REQUIRE(!fetched->has_value());
     BOOST_TEST((fetched->error().code() == asio::error::operation_aborted));
+}
+
+BOOST_AUTO_TEST_CASE(whoever_has_fetched_can_be_cancelled_and_throws_as_before)
+{
+    for (bool const fails : {false, true}) {
+        Fixture fixture;
+        fixture.github.projects.finishes = true; // a source may disable cancellation
+        auto const world = fails ? "none.wbt" : "a.wbt";
+        bool threw = false;
+        auto const task = fixture.tasks.spawn(fetch_and_wait(
+            fixture, fixture.parse(std::string("https://github.com/o/r/blob/main/worlds/") + world), threw));
+        fixture.world.advance(5s);
+        BOOST_TEST(!threw);
+        async::TaskGroup::cancel(task);
+        fixture.world.settle();
+        BOOST_TEST(threw);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(a_project_that_arrives_although_its_fetch_was_cancelled_is_handed_over_not_lost)
