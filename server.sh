@@ -25,8 +25,8 @@ Usage: ./server.sh start|stop|restart|status [NAME|--lan]
            which is made at the first start.
   stop     Stop them. Simulations that run are ended in order. With NAME only the servers that run with it.
   restart  stop, whatever runs, and start.
-  status   Say which servers run, since when, with which configuration, at which address, where they log, and how
-           many seats are taken. With NAME only those that run with it.
+  status   Say which servers run, since when, with which configuration, at which address, where they log, how
+           many seats are taken, and what visitors meet. With NAME only those that run with it.
   package  Install missing packages, build, and make Debian packages of the servers in build/release/packages, to be
            installed on other machines.
   install  The same, and install them here: as services that systemd starts with the machine, configured in
@@ -339,6 +339,15 @@ show_status()
     echo "  logs           $(log_folder "$file")/$kind"
     [[ $load == HTTP/1.1\ [24]* ]] || echo "  It does not answer on port $port."
     [[ $kind != simulation || $load != *'"capacity":'* ]] || echo "  seats          $(figure "$load" sessions) of $(figure "$load" capacity) taken"
+    [[ $kind != session ]] || show_site "$(ask "$port" "$(setting "$file" sslCertificate)" /monitor)" || true
+}
+
+# show_site MONITOR: what visitors meet there, and why machines refused them. Nothing if the monitor has a password.
+show_site()
+{
+    local word='"\(\([^"\\]\|\\.\)*\)"'
+    sed -n 's/.*"stateText":'"$word"'.*/  visitors       \1/p' <<<"$1"
+    sed 's/{"address":/\n&/g' <<<"$1" | sed -n 's/^{"address":'"$word"'.*"refusal":'"$word"'.*/  \1 refused its last start: \3/p' | sed 's/\\\(["\\]\)/\1/g'
 }
 
 # figure JSON NAME: a number in it.

@@ -295,6 +295,7 @@ struct Configured
 
     Config config;
     std::vector<std::string> warnings; ///< A sentence each: unknown keys, values that were replaced.
+    std::vector<std::string> notes;    ///< A sentence each: what people may miss although nothing is wrong.
 };
 
 /// Reads a configuration. `origin` is the file's name, for messages; relative `directory`s of forges start at

@@ -162,6 +162,8 @@ load_config(Program const& program, Arguments const& arguments,
     }
     if (arguments.check_config) {
         std::cout << terminal_text(arguments.config.string()) << ": good" << std::endl;
+        for (auto const& note : configured->notes)
+            std::cout << terminal_text(note) << std::endl;
         return {std::nullopt, exit_ok};
     }
     return {std::move(configured->config), exit_ok};

@@ -157,9 +157,7 @@ void ClientRelay::begin(Browser& browser, std::string text, std::string const& q
     auto const now = clock_.now();
     browser.options = core::relay_options(text);
     browser.request = std::move(text);
-    auto const& student = browser.options.student;
-    if (!student.empty() && hooks_.ask_for_seat)
-        browser.seat = hooks_.ask_for_seat(student);
+    ask_for_seat(browser);
     if (browser.seat == core::SeatRequest::too_often)
         return refuse(browser, too_many);
     browser.group = group_of(browser, quota_key);
@@ -178,6 +176,14 @@ void ClientRelay::begin(Browser& browser, std::string text, std::string const& q
         return serve_now(browser, request, now);
     browser.ride = std::make_unique<Ride>(tasks_->executor());
     browser.ride->task = tasks_->spawn(serve_when_answered(browser, std::move(asked), request.current_since));
+}
+
+/// What a student may have; it changes while one waits, as others of the class come and go.
+void ClientRelay::ask_for_seat(Browser& browser)
+{
+    auto const& student = browser.options.student;
+    if (!student.empty() && hooks_.ask_for_seat)
+        browser.seat = hooks_.ask_for_seat(student);
 }
 
 void ClientRelay::serve_now(Browser& browser, PlacementRequest const& request, TimePoint now)

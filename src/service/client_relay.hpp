@@ -131,6 +131,8 @@ public:
     };
 
     Figures figures() const;
+    /// As in MachineFaults.
+    std::string_view last_refusal(std::string_view entry) const { return faults_.last_refusal(entry); }
     core::Histogram const& waits() const noexcept { return waits_; } ///< Seconds, of those who got a seat.
 
 private:
@@ -153,6 +155,7 @@ private:
     void drop_silent(TimePoint now);
     TimePoint end_of_silence(Id silent) const;
     void begin(Browser& browser, std::string text, std::string const& quota_key);
+    void ask_for_seat(Browser& browser);
     void serve_now(Browser& browser, PlacementRequest const& request, TimePoint now);
     void line_up(Browser& browser, TimePoint now);
     void come_back(Browser& browser, std::string_view text, std::string const& quota_key);
@@ -227,6 +230,7 @@ private:
     std::optional<async::Wakeup> line_changed_;
     std::size_t kept_ = 0;                              ///< Bytes of the requests of those who wait.
     std::size_t want_room_ = 0;                         ///< Of those who wait.
+    std::size_t students_ = 0;                          ///< Likewise.
     core::SiteState supply_ = core::SiteState::unknown; ///< As those who wait were told.
     /// What no free machine had room for, as a digest of world and mode with the wishes of whoever asked, and
     /// until when it is not tried again.

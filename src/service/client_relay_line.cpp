@@ -107,6 +107,7 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
         return false;
     }
     kept_ += browser.request.size();
+    students_ += browser.options.student.empty() ? 0 : 1;
     browser.told = TimePoint::min();
     note_supply();
     tell_place(browser, room_.ahead_of(browser), now);
@@ -122,6 +123,7 @@ bool ClientRelay::leave_line(Browser& browser)
         return false;
     set_wants_room(browser, false);
     kept_ -= browser.request.size();
+    students_ -= browser.options.student.empty() ? 0 : 1;
     note_change();
     hooks_.note_line();
     return true;
@@ -244,13 +246,15 @@ void ClientRelay::give_ticket(Browser& browser, TimePoint now)
 /// others pass them, but nobody who wants the same.
 void ClientRelay::give_out_seats(TimePoint now)
 {
-    if (room_.size() == 0 || is_stopping_ || now - began_ < all_return || !scheduler_.available(now))
+    bool is_for_all = scheduler_.available(now); // else what is free is held for students
+    if (room_.size() == 0 || is_stopping_ || now - began_ < all_return || !(is_for_all || students_ > 0))
         return;
     std::erase_if(too_large_, [now](auto const& tried) { return now >= tried.second; });
     std::vector<Browser*> seated;
     std::vector<std::pair<Browser*, Failure>> hopeless;
-    std::vector<Browser*> refused;              // by all machines that answer
-    std::set<std::vector<std::string>> in_vain; // what others ask for that no free machine has
+    std::vector<Browser*> refused; // by all machines that answer
+    // What others ask for that no free machine has; students have more to choose from.
+    std::set<std::pair<bool, std::vector<std::string>>> in_vain;
     std::size_t doubts = 0;
     // Of those who were refused, a few in a turn: all machines are looked at for each.
     auto const is_refused_everywhere = [&](Browser const& browser) {
@@ -269,13 +273,17 @@ void ClientRelay::give_out_seats(TimePoint now)
             ++passed;
             continue;
         }
+        ask_for_seat(browser);
+        bool const is_held = browser.seat == core::SeatRequest::held;
+        if (!is_for_all && !is_held)
+            continue;
         if (is_known_to_be_too_large(browser, now)) {
             set_wants_room(browser, true);
             ++passed;
             continue;
         }
         auto wishes = wishes_of(browser, now);
-        if (in_vain.contains(wishes)) {
+        if (in_vain.contains({is_held, wishes})) {
             if (is_refused_everywhere(browser))
                 refused.push_back(&browser);
             continue;
@@ -289,12 +297,14 @@ void ClientRelay::give_out_seats(TimePoint now)
             seated.push_back(&browser);
         } else if (placed.error() == errc::refused) {
             hopeless.emplace_back(&browser, placed.error());
-        } else if (wishes.empty()) {
+        } else if (wishes.empty() && (is_held || students_ == 0)) {
             break; // nobody else has more to choose from
+        } else if (wishes.empty()) {
+            is_for_all = false;
         } else {
             if (is_refused_everywhere(browser))
                 refused.push_back(&browser);
-            in_vain.insert(std::move(wishes));
+            in_vain.emplace(is_held, std::move(wishes));
         }
     }
     for (auto* const browser : seated) {

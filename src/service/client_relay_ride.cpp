@@ -221,10 +221,10 @@ void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
         return;
     }
     if (refusal == MachineRefusal::machine) {
-        faults_.has_refused(ride.entry, browser.group);
-        auto const& why = ride.problem.empty() ? refusals.last_word : ride.problem;
-        log_.warning(LogCause("refused start", ride.entry),
-                     concat(ride.entry, " refuses a start: ", core::printable(why, longest_logged)));
+        auto const why =
+            core::printable(ride.problem.empty() ? refusals.last_word : ride.problem, longest_logged);
+        faults_.has_refused(ride.entry, browser.group, why);
+        log_.warning(LogCause("refused start", ride.entry), concat(ride.entry, " refuses a start: ", why));
     }
     refusals.failures += refusals.is_by(ride.entry) ? 0 : 1;
     std::erase_if(refusals.refusers, [&](auto const& refuser) { return refuser.entry == ride.entry; });

@@ -617,8 +617,15 @@ Answer SessionService::Impl::liveness(IncomingRequest const&)
 /// full site out of service, with those who wait in its line and those whose simulations it relays.
 Answer SessionService::Impl::readiness(IncomingRequest const&)
 {
-    if (monitor.totals().up > 0)
+    auto const& servers = monitor.servers();
+    auto const is_up = [](auto const& server) { return server.state == ServerState::up; };
+    auto const is_willing = [&](auto const& server) {
+        return is_up(server) && relay.last_refusal(server.address).empty();
+    };
+    if (std::ranges::any_of(servers, is_willing))
         return core::page("ready");
+    if (std::ranges::any_of(servers, is_up)) // why is for /monitor, which may be the operator's alone
+        return core::page("ready, but: every machine refused its last start: see /monitor and the log");
     return HttpResponse(503, std::string(core::html_type), "no simulation server");
 }
 
@@ -626,6 +633,7 @@ void SessionService::Impl::count_placed()
 {
     board.count_placed(std::bind_front(&Scheduler::placed, &scheduler));
     board.note_states(std::bind_front(&Impl::state_of, this));
+    board.note_refusals(std::bind_front(&ClientRelay::last_refusal, &relay));
     board.note_site(state);
     board.note_waiting(waiting_figures());
 }
@@ -692,6 +700,7 @@ std::string SessionService::Impl::monitor_text() const
         view.servers.push_back(
             core::session_row(server, scheduler.placed(server.address), machines.drained_by(server.address)));
         view.servers.back().state = state_of(server);
+        view.servers.back().refusal = relay.last_refusal(server.address);
         if (hooks.origin_of)
             view.servers.back().found_by = hooks.origin_of(server.address);
         view.servers.back().path = paths.path_of(server.address);

@@ -1,7 +1,7 @@
 // The real servers for a class, with the demo simulator, and what teachers and students do in browsers.
 
 import assert from 'node:assert/strict';
-import { spawn } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { mkdir, mkdtemp, readFile, readdir, rm, writeFile } from 'node:fs/promises';
 import { createServer } from 'node:net';
@@ -14,7 +14,7 @@ import { openPage, until } from '../viewer/page.mjs';
 
 export const PASSWORD = 'abcd-efgh-jkmn';
 const PROJECTS = fileURLToPath(new URL('../../examples', import.meta.url));
-const WORLD = 'local:/demo_projects/robots/blob/main/worlds/arena.wbt';
+export const WORLD = 'local:/demo_projects/robots/blob/main/worlds/arena.wbt';
 
 // --- servers
 
@@ -36,20 +36,29 @@ export async function startClassSite({ session: sessionConfig, simulation: simul
   return { folder, session, simulation, server, instances: join(folder, 'simulation/state/webots_cloud', String(ports.simulation), 'instances') };
 }
 
-// {log, pid, stop()}, which joins `others`.
+// {log, pid, stop(), reread(changes), command(...options)}, which joins `others`. `changes`: of its configuration; `command`: the program once
+// more, which talks with the running one.
 async function start(kind, folder, others, config) {
   const home = join(folder, kind);
   await mkdir(join(home, 'tmp'), { recursive: true });
   const path = join(home, 'config.json');
-  await writeFile(path, JSON.stringify({ server: 'localhost', ssl: false, portRewrite: false, debug: true, ...config }));
+  const configure = (changes) =>
+    writeFile(path, JSON.stringify({ server: 'localhost', ssl: false, portRewrite: false, debug: true, ...config, ...changes }));
+  await configure({});
   const environment = { ...process.env, HOME: home, TMPDIR: join(home, 'tmp'), XDG_CACHE_HOME: join(home, 'cache'), XDG_STATE_HOME: join(home, 'state'),
     XDG_RUNTIME_DIR: '', DISPLAY: ':0', WEBOTS_DEMO_ADDRESS: '127.0.0.1' };
   delete environment.STATE_DIRECTORY;
-  const child = spawn(join(process.env.WEBOTS_CLOUD_BIN, `webots-${kind}-server`), [path], { env: environment, cwd: home });
+  const program = join(process.env.WEBOTS_CLOUD_BIN, `webots-${kind}-server`);
+  const child = spawn(program, [path], { env: environment, cwd: home });
   const ended = once(child, 'exit');
   const server = {
     log: '',
     pid: child.pid,
+    async reread(changes) {
+      await configure(changes);
+      child.kill('SIGHUP');
+    },
+    command: (...options) => execFileSync(program, [...options, path], { env: environment, cwd: home }),
     async stop() {
       child.kill();
       await ended;

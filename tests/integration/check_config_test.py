@@ -93,6 +93,21 @@ class Configuration(unittest.TestCase):
             self.assertEqual(status, 0, output)
             self.assertNotIn("port", output.replace(".json: good", ""))
 
+    def test_a_session_server_of_this_machine_says_how_pages_from_disk_get_in(self):
+        configs = os.path.join(os.path.dirname(__file__), "../../config/session")
+        note = """Webots' own page is refused when it is opened from disk. To let such pages in, add this line: "allowedOrigins": ["null", "https://webots.cloud"]\n"""
+        local = os.path.join(configs, "local.json")
+        done = subprocess.run([program("webots-session-server"), "--check-config", local], capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual(done.stdout, f"{local}: good\n{note}")
+        with open(local) as file:
+            text = file.read()
+        for changes in ({"allowedOrigins": ["null", "https://webots.cloud"]}, {"server": "sim.example.org"}):
+            changed = os.path.join(self.folder, "changed.json")
+            with open(changed, "w") as file:
+                json.dump({**json.loads(text), **changes}, file)
+            done = subprocess.run([program("webots-session-server"), "--check-config", changed], capture_output=True, text=True, timeout=PATIENCE)
+            self.assertEqual(done.stdout, f"{changed}: good\n", done.stderr)
+
     def test_names_that_nobody_knows(self):
         for server, key, value in (("session", "simulationServers", [f"{NOBODY}:2000"]), ("simulation", "forges", [f"https://{NOBODY}"]),
                                    ("simulation", "notify", [f"https://{NOBODY}/setup"])):

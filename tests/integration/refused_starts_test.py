@@ -3,17 +3,20 @@
 session server's log has it, too. Real servers and the demo simulator; the decision is in the unit tests of client_relay."""
 
 import asyncio
+import json
 import os
+import re
 import stat
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from support.browser_client import server  # noqa: E402
 from support.disks import mount_small_disk  # noqa: E402
 from support.projects import local_config  # noqa: E402
-from support.servers import SessionServer, main, wait_until  # noqa: E402
+from support.servers import Server, SessionServer, main, wait_until  # noqa: E402
 from support.visitor import Visitor  # noqa: E402
 
 ERROR = "loading: Error: "
@@ -41,7 +44,15 @@ class RefusedStarts(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(len(visitor.errors()), 1, visitor.told)
         self.assertRegex(visitor.errors()[0].removeprefix(ERROR), why)
         self.assertEqual(visitor.told[-1], visitor.errors()[0])
-        self.assertRegex(self.session.log(), rf"{self.machine.address} refuses a start: {ERROR}{why}")
+        logged = rf"{self.machine.address} refuses a start: {ERROR}{why}"
+        await asyncio.to_thread(wait_until, lambda: re.search(logged, self.session.log()), self.session.log)
+        # The monitor's texts are as old as a second.
+        await asyncio.to_thread(wait_until, lambda: re.match(ERROR + why, self.refusal() or ""), self.refusal)
+        self.assertEqual(self.session.get("/readyz"), "ready, but: every machine refused its last start: see /monitor and the log")
+
+    def refusal(self):
+        """What the monitor says that the machine refused its last start with."""
+        return json.loads(self.session.get("/monitor", {"Accept": "application/json"}))["servers"][0].get("refusal")
 
     async def test_a_world_outside_the_allowed_repositories(self):
         await self.site(allowedRepositories=["https://github.com/cyberbotics"])
@@ -75,6 +86,15 @@ class RefusedStarts(unittest.IsolatedAsyncioTestCase):
                     os.write(file.fileno(), bytes(4096))
         await self.assert_refused(".*(No space left on device|disk)")
         os.remove(filler)
+        visitor = await self.visit()
+        await visitor.hear("webots:")
+        await asyncio.to_thread(wait_until, lambda: self.session.get("/readyz") == "ready", self.session.log)
+        await asyncio.to_thread(wait_until, lambda: self.refusal() is None, self.refusal)
+
+    @unittest.skipIf(os.geteuid() != 0, "only root has simulations run as other users")
+    async def test_a_shell_whose_new_files_are_private(self):
+        self.enterContext(unittest.mock.patch.object(Server, "umask", 0o077))
+        await self.site()
         visitor = await self.visit()
         await visitor.hear("webots:")
 

@@ -14,4 +14,8 @@ export WEBOTS_CLOUD_BROWSER=${2:-chromium}
 program=/usr/bin/${WEBOTS_CLOUD_BROWSER/%firefox/firefox-esr}
 [[ -x $program ]] || skip "$program is missing (package ${program##*/})"
 /usr/bin/python3 -c 'import websockets' 2>/dev/null || skip "websockets is missing (package python3-websockets)"
+if [[ $WEBOTS_CLOUD_BROWSER == firefox ]]; then # it draws with WebGL where there is an X server only
+    command -v xvfb-run >/dev/null || skip "xvfb-run is missing (package xvfb)"
+    exec xvfb-run --auto-servernum node "$1"
+fi
 exec node "$1"

@@ -91,6 +91,7 @@ class Server(Startable):
     descriptors = None  # a limit of open files
     wrapper = ()  # a command line that the program's is put behind
     user = None  # who runs it; None: we
+    umask = -1  # what it is started with; -1: ours
 
     def __init__(self, config, port, environment=None):
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_server_")
@@ -121,7 +122,7 @@ class Server(Startable):
                        "XDG_RUNTIME_DIR": "", **self.environment}
         with open(self.log_path, "ab") as log:
             self.process = subprocess.Popen([*self.wrapper, self.program(), *self.arguments, path], stdin=subprocess.DEVNULL, stdout=log,
-                                            stderr=log, env=environment, cwd=self.folder, preexec_fn=self._limit, user=self.user,
+                                            stderr=log, env=environment, cwd=self.folder, preexec_fn=self._limit, user=self.user, umask=self.umask,
                                             group=self.user, extra_groups=None if self.user is None else [])
         wait_until(lambda: self.process.poll() is not None or self.get("/load"), f"{self.PROGRAM} does not answer")
         if self.process.poll() is not None:

@@ -749,6 +749,8 @@ test('every sentence of the protocol about a start is said in the words of peopl
   assert.deepEqual(unsaid, []);
   assert.equal(explain('The operator has ended this simulation.'), say('refusal.endedByOperator'));
   assert.equal(explain('/srv/projects/x can\'t be written: No space left on device'), say('refusal.diskFull'));
+  for (const why of ['Unknown host: a. This server can\'t read the key that it has for it.', '/srv/cache: Permission denied', '/srv/x: Read-only file system'])
+    assert.equal(explain(why), say('refusal.serverFault', { why }));
   assert.equal(explain('no such world.'), 'No such world.'); // of another server
   assert.equal(explain('my_world is empty.'), 'my_world is empty.');
 });

@@ -1,5 +1,6 @@
 // What `--check-config` looks at besides the configuration's text and files.
 #include "checks.hpp"
+#include "core/access/site_access.hpp"
 #include "core/doctor/named_hosts.hpp"
 #include "core/text.hpp"
 #include "places.hpp"
@@ -130,10 +131,24 @@ result<> look_around(Configured<Config>& configured, fs::path const& origin, std
     return usable;
 }
 
+/// Webots can write a page that people open from disk. On the Internet it may use any server.
+void note_pages_from_disk(Configured<SessionConfig>& configured)
+{
+    auto const& config = configured.config;
+    auto reach = core::reach_of(config.address.host);
+    for (auto const& machine : config.simulation_servers)
+        reach = core::wider(reach, core::reach_of(machine.address));
+    if (reach != core::Reach::everybody && !config.access.allowed_origins)
+        configured.notes.emplace_back(
+            "Webots' own page is refused when it is opened from disk. To let such pages in, add this line: "
+            R"("allowedOrigins": ["null", "https://webots.cloud"])");
+}
+
 } // namespace
 
 result<> check_surroundings(Configured<SessionConfig>& configured, fs::path const& origin)
 {
+    note_pages_from_disk(configured);
     return look_around(configured, origin, "session");
 }
 

@@ -120,6 +120,17 @@ void SessionBoard::note_states(std::function<SiteState(ServerLoad const& server)
     }
 }
 
+void SessionBoard::note_refusals(std::function<std::string_view(std::string_view address)> const& refusal)
+{
+    for (auto& row : rows_) {
+        auto const now = refusal(row.server->address);
+        if (row.refusal == now)
+            continue;
+        row.refusal = now;
+        change_row(row);
+    }
+}
+
 void SessionBoard::note_site(SiteState state)
 {
     is_site_changed_ = is_site_changed_ || site_ != state;
@@ -197,6 +208,7 @@ SessionRow SessionBoard::shown(Row const& row) const
 {
     auto shown = session_row(*row.server, row.placed, row.drained_by);
     shown.state = row.state;
+    shown.refusal = row.refusal;
     return shown;
 }
 
@@ -225,6 +237,10 @@ void SessionBoard::append_row(std::string& text, SessionRow const& row) const
     if (!row.drained_by.empty()) {
         append_key(text, "drained");
         append_quoted(text, row.drained_by);
+    }
+    if (!row.refusal.empty()) {
+        append_key(text, "refusal");
+        append_quoted(text, row.refusal);
     }
     if (!row.problem.empty()) {
         append_key(text, "problem");

@@ -34,6 +34,7 @@ struct SessionRow
     std::uint64_t placed = 0;       ///< By us, since we started.
     /// Who says that it gets no new sessions: `operator`, `configuration` or `machine`; empty: nobody.
     std::string_view drained_by;
+    std::string refusal; ///< What it said when it refused the last start; empty: it did not.
     /// How it was found, as in `dns:sim.example.org:2000` or `announced`; empty: it is configured.
     std::string_view found_by;
     /// Below this server: `/machine/<id>`; empty: it has no path of its own here.
@@ -94,7 +95,10 @@ public:
     /// Asks what each server is for somebody who comes now. O(n): likewise.
     void note_states(std::function<SiteState(ServerLoad const& server)> const& state);
 
-    /// The same of the site.
+    /// Asks with which words each server has refused its last start. O(n): likewise.
+    void note_refusals(std::function<std::string_view(std::string_view address)> const& refusal);
+
+    /// What the site is for somebody who comes now.
     void note_site(SiteState state);
 
     /// Who has drained a server, but the server itself. The name has to live as long as the board.
@@ -121,6 +125,7 @@ private:
         std::string path;
         std::uint64_t placed = 0; ///< As watchers are told.
         std::optional<SiteState> state;
+        std::string refusal;
         std::string_view drained_by; ///< But by itself.
         std::size_t number = 0;      ///< Its place in the last snapshot, by which watchers know it.
         bool is_changed = false;     ///< Since the last `take`.

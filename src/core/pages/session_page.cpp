@@ -34,6 +34,12 @@ std::string_view draining_text(std::string_view drained_by)
     return drained_by == "machine" ? "draining" : "";
 }
 
+/// The page's script says it in the same words.
+std::string refusal_text(std::string_view refusal)
+{
+    return refusal.empty() ? std::string() : concat("refused its last start: ", refusal);
+}
+
 /// `3 of 4`; the page's script says it in the same words.
 std::string sessions_text(SessionRow const& server)
 {
@@ -61,7 +67,9 @@ std::string server_row(std::size_t number, SessionRow const& server, SessionMoni
         "</a> <span class=\"drained\"", server.drained_by.empty() ? " hidden" : "", ">",
         draining_text(server.drained_by), "</span> <span class=\"found\"",
         server.found_by.empty() ? " hidden" : "", ">", escape_html(server.found_by),
-        "</span></td><td class=\"number", is_crowded ? " full" : "", "\" data-label=\"load\">",
+        "</span><span class=\"refusal\"", server.refusal.empty() ? " hidden" : "", ">",
+        escape_html(refusal_text(server.refusal)), "</span></td><td class=\"number",
+        is_crowded ? " full" : "", "\" data-label=\"load\">",
         server.load ? concat(rounded(*server.load), "%") : "N/A",
         "</td><td class=\"line\"><svg viewBox=\"0 0 600 100\" preserveAspectRatio=\"none\"><path/></svg>"
         "</td><td class=\"number",

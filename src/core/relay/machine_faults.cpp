@@ -11,9 +11,10 @@ void MachineFaults::was_silent(std::string_view entry, TimePoint now)
     faults.until = now + faults.pause;
 }
 
-void MachineFaults::has_refused(std::string_view entry, std::string_view group)
+void MachineFaults::has_refused(std::string_view entry, std::string_view group, std::string_view why)
 {
     auto& faults = machines_[std::string(entry)];
+    faults.last_refusal = why;
     if (faults.refused.size() < groups_refused)
         faults.refused.emplace(group);
 }
@@ -45,6 +46,12 @@ std::vector<std::string> MachineFaults::unwilling() const
         if (faults.refused.size() >= groups_refused)
             found.push_back(entry);
     return found;
+}
+
+std::string_view MachineFaults::last_refusal(std::string_view entry) const
+{
+    auto const found = machines_.find(entry);
+    return found == machines_.end() ? std::string_view() : found->second.last_refusal;
 }
 
 } // namespace webots_cloud::core

@@ -22,8 +22,8 @@ class MachineFaults
 {
 public:
     void was_silent(std::string_view entry, TimePoint now);
-    /// `group`: who was refused, as in WaitingRoom.
-    void has_refused(std::string_view entry, std::string_view group);
+    /// `group`: who was refused, as in WaitingRoom. `why`: a sentence that can be shown as it is.
+    void has_refused(std::string_view entry, std::string_view group, std::string_view why);
     /// A simulation became ready there.
     void has_served(std::string_view entry);
     /// It has left the list.
@@ -33,6 +33,9 @@ public:
     std::vector<std::string> silent(TimePoint now) const;
     /// To be tried last.
     std::vector<std::string> unwilling() const;
+    /// What the machine said when it refused a start, if nothing became ready there since then; else empty.
+    /// Valid until the machine is mentioned again.
+    std::string_view last_refusal(std::string_view entry) const;
 
     static constexpr Duration first_pause = std::chrono::seconds(10);
     static constexpr Duration longest_pause = std::chrono::minutes(1);
@@ -46,6 +49,7 @@ private:
         Duration pause{};
         TimePoint until{};
         std::set<std::string, std::less<>> refused; ///< Groups, at most `groups_refused`.
+        std::string last_refusal;
     };
 
     std::map<std::string, Faults, std::less<>> machines_;

@@ -26,7 +26,8 @@
       showWaiting(message);
     for (const row of message.rows ?? []) {
       const server = servers[row.row];
-      Object.assign(server, {sessions: undefined, seats: undefined, state: undefined, problem: undefined, age: undefined, drained: undefined}, row, {heard: performance.now()});
+      Object.assign(server, {sessions: undefined, seats: undefined, state: undefined, problem: undefined, age: undefined, drained: undefined,
+                            refusal: undefined}, row, {heard: performance.now()});
       showRow(server);
     }
     if (message.point)
@@ -85,7 +86,7 @@
       const found = row.querySelector(".found");
       found.textContent = server.foundBy ?? "";
       found.hidden = !server.foundBy;
-      server.cells = {row, drained: row.querySelector(".drained"), key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
+      server.cells = {row, drained: row.querySelector(".drained"), refusal: row.querySelector(".refusal"), key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
                       sessions: cell("sessions"), state: cell("state"), placed: cell("placed"), report: cell("last report")};
       row.onpointerenter = () => chart && !isCrowd() && chart.setSelection(chart.numRows() - 1, label(index));
       row.onpointerleave = () => chart && chart.clearSelection();
@@ -132,6 +133,8 @@
     write(cells.placed, String(server.placed));
     write(cells.drained, drainedTexts[server.drained] ?? "");
     cells.drained.hidden = !server.drained;
+    write(cells.refusal, server.refusal ? `refused its last start: ${server.refusal}` : "");
+    cells.refusal.hidden = !server.refusal;
     showDrainButton(server);
     showAge(server);
   }

@@ -19,6 +19,8 @@ const TABLE = [
   [/^Repository (.+?) has no (?:branch or tag|such commit|folder)/, ([, name]) => say('refusal.notThere', { name })],
   [/^There is no project (.+) with a folder "worlds"/, ([, name]) => say('refusal.noProject', { name })],
   [/No space left on device/, () => say('refusal.diskFull')],
+  [/^(?!Unable to start Webots).*(?:This server can't|Permission denied|Read-only file system|Input\/output error|Too many open files|Cannot allocate memory)/,
+    ({ input }) => say('refusal.serverFault', { why: input })],
   [/^(.+?) can't be reached: .*Try again later\.$/, ([, site]) => say('refusal.siteUnreachable', { site })],
   [/^The (?:project (?:is larger|has more than|has a file|has folders|took too long)|project's archive|large files)/,
     ({ input }) => say('refusal.badProject', { why: input })],

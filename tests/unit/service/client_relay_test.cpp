@@ -39,6 +39,8 @@ SessionServiceParams relaying()
     params.ssl = false;
     params.relay = true;
     params.own_address.host = "localhost";
+    params.teacher_password = "secret";
+    params.viewer_defaults = "{}";
     return params;
 }
 
@@ -125,6 +127,50 @@ struct Fixture
         browser.browser_says(std::string(request));
         world.settle();
         return browser;
+    }
+
+    /// Says the first word of a conversation of a class, and returns the texts `keys` of the answer.
+    std::vector<std::string> talk_of_class(std::string text, std::vector<std::string_view> const& keys)
+    {
+        auto& browser = browsers.emplace_back(world.executor());
+        ChannelInfo info;
+        info.path = "/class";
+        info.host = "localhost:1999";
+        info.quota_key = "192.0.2.1";
+        conversations.spawn(service.serve_websocket(std::move(info), browser));
+        world.settle();
+        browser.browser_says(std::move(text));
+        world.settle();
+        BOOST_REQUIRE(!browser.sent.empty());
+        std::vector<std::string> found;
+        for (auto const key : keys) {
+            auto const begin = browser.sent.front().find(concat("\"", key, "\":\""));
+            BOOST_REQUIRE(begin != std::string::npos);
+            auto const rest = browser.sent.front().substr(begin + key.size() + 4);
+            found.push_back(rest.substr(0, rest.find('"')));
+        }
+        return found;
+    }
+
+    /// Opens a class; returns its code.
+    std::string open_class(int seats)
+    {
+        return talk_of_class(
+                   concat(
+                       R"({"teach":{"password":"secret","world":"https://e.org/o/r/blob/main/worlds/a.wbt",)",
+                       R"("mode":"mjpeg","seats":)", std::to_string(seats), "}}"),
+                   {"code"})
+            .front();
+    }
+
+    /// Somebody joins the class, and asks for a simulation.
+    testing::LoopbackChannel& start_in_class(std::string_view code, std::string_view name)
+    {
+        auto const told =
+            talk_of_class(concat(R"({"join":{"code":")", code, R"(","name":")", name, "\"}}"), {"seat"});
+        return start(
+            concat(R"({"start":{"url":"https://e.org/o/r/blob/main/worlds/a.wbt","mode":"mjpeg","class":")",
+                   told.front(), "\"}}"));
     }
 
     testing::ScriptedWebSockets::Peer& machine(std::string_view name)
@@ -297,6 +343,45 @@ BOOST_AUTO_TEST_CASE(who_finds_no_room_waits_and_starts_when_it_is_their_turn)
     fixture.has_room("a:2000", 1);
     BOOST_TEST(fixture.sockets.accepted() == 2u);
     BOOST_TEST(fixture.answer("/metrics").find("webots_waiting_seconds_count 2\n") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_student_who_waits_gets_the_seat_that_is_held_for_the_class)
+{
+    Fixture fixture(relaying(), {"a:2000"});
+    fixture.has_room("a:2000", 1);
+    auto const code = fixture.open_class(2);
+    auto& ada = fixture.start_in_class(code, "Ada");
+    BOOST_TEST_REQUIRE(fixture.sockets.accepted() == 1u);
+    fixture.has_room("a:2000", 0);
+    auto& visitor = fixture.start(todays_start, "192.0.2.9");
+    auto& grace = fixture.start_in_class(code, "Grace");
+    BOOST_TEST(last_of(grace, "queue:") == "queue:1");
+    ada.browser_leaves();
+    fixture.has_room("a:2000", 1);
+    fixture.world.advance(2s);
+    BOOST_TEST(grace.was_told("loading: A machine is free."));
+    BOOST_TEST(!visitor.was_told("loading: A machine is free."));
+    BOOST_TEST(fixture.sockets.accepted() == 2u);
+    fixture.has_room("a:2000", 1); // beyond the class's two
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.sockets.accepted() == 3u);
+}
+
+BOOST_AUTO_TEST_CASE(a_student_beyond_the_seats_of_a_class_takes_one_that_another_gives_up)
+{
+    Fixture fixture(relaying(), {"a:2000"});
+    fixture.has_room("a:2000", 1);
+    auto const code = fixture.open_class(1);
+    auto& ada = fixture.start_in_class(code, "Ada");
+    auto& of_ada = *std::prev(fixture.browsers.end(), 2); // her conversation of the class
+    fixture.has_room("a:2000", 0);
+    auto& grace = fixture.start_in_class(code, "Grace");
+    BOOST_TEST(last_of(grace, "queue:") == "queue:0");
+    ada.browser_leaves();
+    of_ada.browser_says(R"({"leave":true})");
+    fixture.has_room("a:2000", 1);
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.sockets.accepted() == 2u);
 }
 
 BOOST_AUTO_TEST_CASE(who_leaves_the_line_gives_the_place_up)

@@ -57,6 +57,7 @@ BOOST_AUTO_TEST_CASE(the_table_has_links_loads_and_an_average_with_one_percent_s
     view.servers = {row("a:2000", 7.875), row("b/2000", {})};
     view.servers[0].sessions = 3;
     view.servers[0].placed = 12;
+    view.servers[1].refusal = "Error: <No> disk";
     auto const page = session_monitor_page(view);
     BOOST_TEST(contains(page, "<title>Webots session server</title>"));
     BOOST_TEST(contains(page, "<h1>Webots session server</h1>"));
@@ -70,6 +71,9 @@ BOOST_AUTO_TEST_CASE(the_table_has_links_loads_and_an_average_with_one_percent_s
     BOOST_TEST(contains(page, "<b id=\"average\">7.88%</b>"));
     BOOST_TEST(contains(page, "data-label=\"sessions\">3</td>"));
     BOOST_TEST(contains(page, "data-label=\"placed\">12</td>"));
+    BOOST_TEST(
+        contains(page, "<span class=\"refusal\">refused its last start: Error: &lt;No&gt; disk</span>"));
+    BOOST_TEST(contains(page, "<span class=\"refusal\" hidden></span>"));
     BOOST_TEST(!contains(page, "%%"));
 }
 

@@ -264,6 +264,30 @@ BOOST_AUTO_TEST_CASE(a_server_that_moves_takes_what_is_known_of_it_along)
                                    R"({"address":"a:1","load":1,"placed":0,"age":2,"history":[1]}]})");
 }
 
+BOOST_AUTO_TEST_CASE(what_a_server_refused_its_last_start_with_is_told_until_it_serves)
+{
+    Fixture fixture({server("a:1", 1), server("b:1", 2)});
+    fixture.take();
+    BOOST_TEST(fixture.snapshot().find("refusal") == std::string::npos);
+    std::string said = "The disk is \"full\".";
+    auto const refusals = [&said](std::string_view address) {
+        return address == "b:1" ? std::string_view(said) : std::string_view();
+    };
+    for (int again = 0; again < 2; ++again) {
+        fixture.board.note_refusals(refusals);
+        fixture.board.take(start + 1s, wall + 1s);
+        BOOST_TEST(
+            fixture.update() ==
+            (again == 0
+                 ? R"({"now":1700000001,"rows":[{"row":1,"load":2,"placed":0,"age":1,"refusal":"The disk is \"full\"."}]})"
+                 : ""));
+    }
+    said.clear();
+    fixture.board.note_refusals(refusals);
+    fixture.board.take(start + 2s, wall + 2s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000002,"rows":[{"row":1,"load":2,"placed":0,"age":2}]})");
+}
+
 BOOST_AUTO_TEST_CASE(a_thousand_servers_fit_into_a_browsers_queue_with_room_to_spare)
 {
     std::vector<ServerLoad> servers;

@@ -36,13 +36,16 @@ BOOST_AUTO_TEST_CASE(three_groups_that_were_refused_in_turn_make_a_machine_the_l
 {
     MachineFaults faults;
     for (int i = 0; i < 10; ++i)
-        faults.has_refused("a", "one address");
-    faults.has_refused("a", "another");
+        faults.has_refused("a", "one address", "The disk is full.");
+    faults.has_refused("a", "another", "The disk is full.");
     BOOST_TEST(faults.unwilling().empty());
-    faults.has_refused("a", "a third");
+    faults.has_refused("a", "a third", "This world is not allowed.");
     BOOST_TEST(faults.unwilling() == std::vector<std::string>{"a"}, boost::test_tools::per_element());
     BOOST_TEST(faults.silent(at(0s)).empty());
+    BOOST_TEST(faults.last_refusal("a") == "This world is not allowed.");
+    BOOST_TEST(faults.last_refusal("b") == "");
     faults.has_served("a");
+    BOOST_TEST(faults.last_refusal("a") == "");
     BOOST_TEST(faults.unwilling().empty());
 }
 
