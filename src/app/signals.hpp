@@ -28,8 +28,8 @@ boost::asio::awaitable<result<Configured<Config>>> read_again(Reload<Config> con
 }
 
 /// At each SIGHUP, has `reload` read the configuration, on another thread, and passes it to `apply`. If it is
-/// invalid, or `apply` refuses it, that is logged and the old one stays in use: parts that `apply` has changed
-/// by then get the old one again. Ends when cancelled, but not while `reload` reads.
+/// invalid, or `apply` refuses it, that is logged and the old one stays in use: parts that `apply` has
+/// changed by then get the old one again. Ends when cancelled, but not while `reload` reads.
 ///
 /// `running` is the configuration of the start: a key that needs a restart and differs from its value there
 /// is named in the log at each SIGHUP. Without `reload` SIGHUP is left alone.

@@ -41,7 +41,7 @@ class Embedding(unittest.TestCase):
             keyDir=cls.keys, allowedOrigins=["*"]))
         cls.session = enter(SessionServer([cls.simulation.address]))
         cls.site = enter(web_site(TEN_LINES.format(port=cls.session.port, world=WORLD)))
-        cls.browser = enter(open_browser(1000, 800, arguments=[f"--host-resolver-rules=MAP {SITE} 127.0.0.1"]))
+        cls.browser = enter(open_browser(1000, 800, hosts=[SITE]))
 
     def setUp(self):
         self.addCleanup(self.simulation.wait_until_clean)

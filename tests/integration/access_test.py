@@ -68,7 +68,7 @@ class Pages(unittest.TestCase):
 
     def test_a_page_of_another_site_neither_drains_nor_uses_a_server_of_this_machine(self):
         with server() as simulation, web_site(EVIL_PAGE.format(port=simulation.port, evil=EVIL)) as site:
-            with open_browser(800, 600, arguments=[f"--host-resolver-rules=MAP {EVIL} 127.0.0.1"]) as browser:
+            with open_browser(800, 600, hosts=[EVIL]) as browser:
                 browser.get(f"http://{EVIL}:{site}/")
                 wait_until(lambda: browser.title == "done", "the page has tried everything")
                 self.assertEqual(browser.execute_script("return window.told"),
@@ -84,7 +84,7 @@ class Pages(unittest.TestCase):
     def test_no_foreign_page_shows_ours_in_its_frame(self):
         with SessionServer([]) as session:
             page = f'<!DOCTYPE html><title>t</title><iframe src="http://localhost:{session.port}/viewer/"></iframe>'
-            with web_site(page) as site, open_browser(800, 600, arguments=[f"--host-resolver-rules=MAP {EVIL} 127.0.0.1"]) as browser:
+            with web_site(page) as site, open_browser(800, 600, hosts=[EVIL]) as browser:
                 def framed():
                     browser.switch_to.default_content()
                     browser.switch_to.frame(0)

@@ -378,7 +378,7 @@ class Status(ServerScriptTest):
                                       "  logs           log/simulation", "  seats          0 of 100 taken"])
         self.assertRegex(lines[5], rf"^The session server {began} \({self.pid('session')}\)$")
         self.assertEqual(lines[6:], ["  configuration  config/session/local.json", f"  address        http://localhost:{self.ports['session']}/",
-                                     "  logs           log/session"])
+                                     "  logs           log/session", "  visitors       A machine is free."])
         self.assertEqual(self.run_script("status", "local")[0], 0)
         self.assertEqual(self.run_script("status", "other"), (3, "No other server is running\n", ""))
 

@@ -1,11 +1,16 @@
-"""Headless Chromium for tests: one place for its start-up options."""
+"""Headless Chromium for tests, or Firefox where WEBOTS_CLOUD_BROWSER is `firefox`: one place for their start-up options."""
 
 import contextlib
 import os
 import shutil
+import sys
 import tempfile
 import unittest
 
+sys.path.append(os.path.dirname(os.path.abspath(__file__)))
+from firefox import open_firefox  # noqa: E402
+
+BROWSER = os.environ.get("WEBOTS_CLOUD_BROWSER", "chromium")
 DRIVER = "/usr/bin/chromedriver"
 CHROMIUM = "/usr/bin/chromium"
 AXE = os.path.join(os.path.dirname(__file__), "../../build/node/tests/viewer/node_modules/axe-core/axe.min.js")
@@ -27,20 +32,27 @@ ARGUMENTS = (
 
 
 @contextlib.contextmanager
-def open_browser(width, height, dark=False, trusting=False, loads="normal", arguments=()):
+def open_browser(width, height, dark=False, trusting=False, loads="normal", hosts=()):
     """Yields a Selenium driver whose page is exactly width x height CSS pixels; raises SkipTest without Chromium.
     `trusting`: certificates that nobody vouches for are good enough. `loads`: "none" lets tests look at pages that are still being loaded.
-    `arguments`: more of Chromium's command line.
+    `hosts`: names that lead to this machine.
 
     The profile is new and is removed afterwards; leaving the context ends Chromium and its driver.
     """
     webdriver, service_class = _selenium()
+    if BROWSER == "firefox":
+        with open_firefox(webdriver, trusting, loads, hosts) as driver:
+            _make_firefox_complete(driver)
+            resize(driver, width, height)
+            _prefer_dark(driver, dark)
+            yield driver
+        return
     for program in (CHROMIUM, DRIVER):
         if not os.access(program, os.X_OK):
             raise unittest.SkipTest(f"{program} is missing (packages chromium and chromium-driver)")
     profile = tempfile.mkdtemp(prefix="webots_cloud_browser_")
     try:
-        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile, trusting, loads, arguments))
+        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile, trusting, loads, hosts))
         try:
             driver.set_script_timeout(30)
             driver.set_page_load_timeout(30)
@@ -54,8 +66,21 @@ def open_browser(width, height, dark=False, trusting=False, loads="normal", argu
         shutil.rmtree(profile, ignore_errors=True)
 
 
+def _make_firefox_complete(driver):
+    """What only Chromium's protocol has: there is no log of the console, and what needs that protocol skips its test."""
+    def refuse(command, *_):
+        raise unittest.SkipTest(f"{command} is a command of Chromium alone")
+    driver.execute_cdp_cmd = refuse
+    driver.get_log = lambda kind: []
+
+
 def resize(driver, width, height):
     """Sets the size of the page. (A window's own size includes its frame and has a minimum of about 500 pixels.)"""
+    if BROWSER == "firefox":
+        for _ in range(2):  # the second time the frame is known
+            frame = driver.execute_script("return [outerWidth - innerWidth, outerHeight - innerHeight]")
+            driver.set_window_size(width + frame[0], height + frame[1])
+        return
     metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
@@ -96,12 +121,13 @@ def _selenium():
     return webdriver, Service
 
 
-def _options(webdriver, profile, trusting, loads, arguments):
+def _options(webdriver, profile, trusting, loads, hosts):
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
     options.accept_insecure_certs = trusting
     options.page_load_strategy = loads
-    for argument in (*ARGUMENTS, *arguments, f"--user-data-dir={profile}"):
+    rules = ",".join(f"MAP {host} 127.0.0.1" for host in hosts)
+    for argument in (*ARGUMENTS, *([f"--host-resolver-rules={rules}"] if hosts else []), f"--user-data-dir={profile}"):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     options.ignore_local_proxy_environment_variables()
@@ -138,5 +164,7 @@ def _load_whole(driver):
 
 
 def _prefer_dark(driver, dark):
+    if BROWSER == "firefox":
+        return driver.set_preference("layout.css.prefers-color-scheme.content-override", 0 if dark else 1)
     scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [scheme]})

@@ -110,7 +110,8 @@ class Pages(ConnectionTest):
         self.run_lasting_simulation()
         self.driver.refresh()
         self.wait_return()
-        self.assertEqual(self.cloud.farewells, [4000])
+        # Firefox closes the connections of a page before the page knows that it goes.
+        self.assertEqual(self.cloud.farewells, [1001 if viewer_test.browser.BROWSER == "firefox" else 4000])
         self.assertEqual(self.element("connect-to").get_property("value"), viewer_test.WORLD)
         before = float(self.data()["time"])
         self.wait(lambda: float(self.data()["time"]) > before, "a simulation that goes on")
