@@ -50,14 +50,16 @@ bool is_token(std::string_view name)
     });
 }
 
-/// What is about the connection and the form of the answer is ours to say.
-bool is_ours(std::string_view name)
+/// What storage asks for: credentials, and what the large providers of storage sign. Nothing else is sent,
+/// since other headers open services that trust who can reach them (`Metadata-Flavor`, `X-Forwarded-For`).
+bool is_for_storage(std::string_view name)
 {
-    constexpr std::array<std::string_view, 14> ours{
-        "host",  "connection", "content-length",   "transfer-encoding", "upgrade",
-        "te",    "trailer",    "expect",           "keep-alive",        "accept-encoding",
-        "range", "cookie",     "proxy-connection", "if-range"};
-    return std::find(ours.begin(), ours.end(), lower_case(name)) != ours.end();
+    auto const lower = lower_case(name);
+    constexpr std::array<std::string_view, 3> names{"accept", "authorization", "content-type"};
+    constexpr std::array<std::string_view, 3> prefixes{"x-amz-", "x-goog-", "x-ms-"};
+    return std::find(names.begin(), names.end(), lower) != names.end() ||
+           std::any_of(prefixes.begin(), prefixes.end(),
+                       [&lower](std::string_view prefix) { return lower.starts_with(prefix); });
 }
 
 result<std::vector<std::string>> read_headers(json::object const& headers)
@@ -69,7 +71,7 @@ result<std::vector<std::string>> read_headers(json::object const& headers)
         auto const* const text = value.if_string();
         if (!text || !is_token(key) || !is_printable(*text))
             return malformed("sends a header that is none");
-        if (is_ours(key) || text->empty())
+        if (!is_for_storage(key) || text->empty())
             continue;
         lines.push_back(concat(key, ": ", std::string_view(*text)));
         bytes += lines.back().size();
