@@ -44,7 +44,7 @@ asio::awaitable<result<>> serve(asio::any_io_executor executor, std::uint16_t po
     AccessParams access_params; // a server of this machine: foreign web pages may not use it
     for (auto const& machine : machines)
         access_params.machines.push_back(machine.address);
-    AccessControl access(access_params, service, log);
+    AccessControl access(access_params, service, *clock, log);
     HttpServerParams server_params;
     server_params.port = port;
     auto const server = make_http_server(executor, server_params, log);

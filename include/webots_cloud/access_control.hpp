@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
@@ -54,13 +55,14 @@ using OperatorTokenCheck = std::function<bool(std::string_view token)>;
 /// - WebSockets of foreign pages are answered 403, and on a server of this machine requests to foreign names
 ///   421.
 /// - Pages get the headers that browsers need to protect them.
+/// - Wrong passwords and tokens are answered 429 when there are many, and so are right ones then.
 ///
-/// Lifetime: `endpoint` must outlive it.
+/// Lifetime: `endpoint` and `clock` must outlive it.
 /// Thread-safety: one executor.
 class AccessControl final : public Endpoint
 {
 public:
-    AccessControl(AccessParams params, Endpoint& endpoint, Logger log,
+    AccessControl(AccessParams params, Endpoint& endpoint, Clock& clock, Logger log,
                   OperatorTokenCheck is_operator_token = OperatorTokenCheck());
     ~AccessControl() override;
 

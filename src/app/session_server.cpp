@@ -278,7 +278,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!token_check)
         co_return token_check.error();
     app::DoctorEndpoint doctor(executor, service, *clock);
-    AccessControl access(session_access_params(config, discovery.servers()), doctor, log, *token_check);
+    AccessControl access(session_access_params(config, discovery.servers()), doctor, *clock, log,
+                         *token_check);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();

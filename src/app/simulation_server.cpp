@@ -596,7 +596,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (!token_check)
         co_return token_check.error();
     app::DoctorEndpoint doctor(executor, service, *clock);
-    AccessControl access(app::access_params(config.address.host, config.access), doctor, log, *token_check);
+    AccessControl access(app::access_params(config.address.host, config.access), doctor, *clock, log,
+                         *token_check);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();

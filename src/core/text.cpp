@@ -62,6 +62,27 @@ bool is_control(std::string_view text, std::size_t length) noexcept
     return c1 || byte < 0x20 || byte == 0x7F;
 }
 
+/// Whether the character of so many bytes at the start of `text` is not seen, or changes in which order
+/// others are shown, so that a text reads as another one: what Unicode calls format characters (Cf) of
+/// general use.
+bool is_format(std::string_view text, std::size_t length) noexcept
+{
+    if (length != 2 && length != 3)
+        return false;
+    auto const byte = [&](std::size_t i) {
+        return static_cast<unsigned>(static_cast<unsigned char>(text[i]));
+    };
+    auto const code = length == 2 ? (byte(0) & 0x1F) << 6 | (byte(1) & 0x3F)
+                                  : (byte(0) & 0x0F) << 12 | (byte(1) & 0x3F) << 6 | (byte(2) & 0x3F);
+    return code == 0xAD || code == 0x61C || code == 0x180E || (code >= 0x200B && code <= 0x200F) ||
+           (code >= 0x2028 && code <= 0x202E) || (code >= 0x2060 && code <= 0x206F) || code == 0xFEFF;
+}
+
+bool is_shown(std::string_view text, std::size_t length) noexcept
+{
+    return length != 0 && !is_control(text, length) && !is_format(text, length);
+}
+
 std::size_t edit_distance(std::string_view left, std::string_view right)
 {
     std::vector<std::size_t> row(right.size() + 1);
@@ -158,7 +179,7 @@ std::string printable(std::string_view text, std::size_t limit)
     while (at < text.size() && safe.size() < limit) {
         auto const length = utf8_length(text.substr(at));
         auto const byte = static_cast<unsigned char>(text[at]);
-        if (length == 0 || is_control(text.substr(at), length)) {
+        if (!is_shown(text.substr(at), length)) {
             safe.append("\\x").append(1, digits[byte >> 4]).append(1, digits[byte & 15]);
             ++at;
         } else {
@@ -175,7 +196,7 @@ bool is_printable(std::string_view text) noexcept
 {
     while (!text.empty()) {
         auto const length = utf8_length(text);
-        if (length == 0 || is_control(text, length))
+        if (!is_shown(text, length))
             return false;
         text.remove_prefix(length);
     }

@@ -1,5 +1,6 @@
 #include <webots_cloud/access_control.hpp>
 
+#include "core/access/guess_limit.hpp"
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
 #include "core/base64.hpp"
@@ -70,6 +71,16 @@ HttpResponse password_wanted()
     return response;
 }
 
+HttpResponse too_many_guesses()
+{
+    HttpResponse response(429, std::string(core::html_type),
+                          "Too many wrong passwords came from your network, or from all together. "
+                          "Please try again in a minute.");
+    response.headers.emplace_back("Retry-After", "60");
+    response.fixed_headers = guessed_types;
+    return response;
+}
+
 HttpResponse foreign_page_refused()
 {
     HttpResponse response(403, std::string(core::html_type),
@@ -88,8 +99,8 @@ HttpResponse address_refused()
 
 struct AccessControl::Impl
 {
-    Impl(AccessParams parameters, Endpoint& behind, Logger logger, OperatorTokenCheck check)
-        : endpoint(behind), log(std::move(logger))
+    Impl(AccessParams parameters, Endpoint& behind, Clock& time, Logger logger, OperatorTokenCheck check)
+        : endpoint(behind), clock(time), log(std::move(logger))
     {
         set(std::move(parameters), std::move(check));
     }
@@ -137,16 +148,19 @@ struct AccessControl::Impl
             find_site();
     }
 
-    bool is_operators(IncomingRequest const& request) const;
+    result<bool> is_operators(IncomingRequest const& request);
     bool is_of_foreign_page(IncomingRequest const& request) const;
     bool is_of_refused_page(IncomingRequest const& request) const;
     void log_origin(IncomingRequest const& request, std::string_view what);
     std::optional<HttpResponse> refuse(IncomingRequest const& request);
-    bool may_monitor(IncomingRequest const& request) const;
+    std::optional<HttpResponse> refuse_monitor(IncomingRequest const& request);
+    result<bool> is_right(IncomingRequest const& request, core::GuessLimit& guesses, std::string_view what,
+                          bool is_equal);
 
     AccessParams params;
     OperatorTokenCheck is_operator_token;
     Endpoint& endpoint;
+    Clock& clock;
     Logger log;
     std::array<std::size_t, 3> machines_of_reach{}; ///< How many there are, by core::Reach.
     core::Reach reach_of_machines = core::Reach::this_machine;
@@ -154,11 +168,14 @@ struct AccessControl::Impl
     std::string headers_of_pages;      ///< With line ends. Answers refer to it.
     std::string monitor_authorization; ///< Empty: no password is asked for.
     core::IpNetworks monitors;         ///< Addresses that need no password.
+    core::GuessLimit passwords{core::passwords_of_client, core::passwords_of_all};
+    core::GuessLimit tokens{core::passwords_of_client, core::passwords_of_all};
 };
 
-AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Logger log,
+AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Clock& clock, Logger log,
                              OperatorTokenCheck is_operator_token)
-    : impl_(std::make_unique<Impl>(std::move(params), endpoint, std::move(log), std::move(is_operator_token)))
+    : impl_(std::make_unique<Impl>(std::move(params), endpoint, clock, std::move(log),
+                                   std::move(is_operator_token)))
 {}
 
 AccessControl::~AccessControl() = default;
@@ -180,11 +197,30 @@ void AccessControl::remove_machine(std::string_view machine)
     impl_->machines_changed();
 }
 
-bool AccessControl::Impl::is_operators(IncomingRequest const& request) const
+/// Whether a password or token that came with a request is the right one, as a comparison in constant time
+/// found. Errors: `unavailable`: too many were wrong, so that not even the right one counts.
+result<bool> AccessControl::Impl::is_right(IncomingRequest const& request, core::GuessLimit& guesses,
+                                           std::string_view what, bool is_equal)
+{
+    auto const now = clock.now();
+    if (!guesses.may_try(request.quota_key, now))
+        return Failure(errc::unavailable);
+    if (!is_equal) {
+        guesses.count_wrong(request.quota_key, now);
+        log.warning(LogCause("wrong password", request.client),
+                    concat("A wrong ", what, core::of_client(request.client)));
+    }
+    return is_equal;
+}
+
+/// Errors: as is_right().
+result<bool> AccessControl::Impl::is_operators(IncomingRequest const& request)
 {
     auto const authorization = request.header("Authorization");
-    return is_operator_token && authorization.starts_with(bearer) &&
-           site.knows_host(request.header("Host")) && is_operator_token(authorization.substr(bearer.size()));
+    if (!is_operator_token || !authorization.starts_with(bearer) || !site.knows_host(request.header("Host")))
+        return false;
+    return is_right(request, tokens, "token of the operator",
+                    is_operator_token(authorization.substr(bearer.size())));
 }
 
 /// Of an operator's request. Browsers name the page that sends it; programs name none.
@@ -198,15 +234,22 @@ bool AccessControl::Impl::is_of_foreign_page(IncomingRequest const& request) con
     return request.is_operator || !site.has_own_name(origin);
 }
 
-bool AccessControl::Impl::may_monitor(IncomingRequest const& request) const
+std::optional<HttpResponse> AccessControl::Impl::refuse_monitor(IncomingRequest const& request)
 {
     if (monitor_authorization.empty() && monitors.empty())
-        return true;
-    if (!monitor_authorization.empty() &&
-        core::equal_in_constant_time(request.header("Authorization"), monitor_authorization))
-        return true;
-    auto const client = core::IpAddress::parse(request.client);
-    return client && monitors.contains(*client);
+        return std::nullopt;
+    if (auto const client = core::IpAddress::parse(request.client); client && monitors.contains(*client))
+        return std::nullopt;
+    if (monitor_authorization.empty())
+        return address_refused();
+    auto const given = request.header("Authorization");
+    if (given.empty()) // a browser that has not asked yet
+        return password_wanted();
+    auto const right = is_right(request, passwords, "password of the monitor",
+                                core::equal_in_constant_time(given, monitor_authorization));
+    if (!right)
+        return too_many_guesses();
+    return *right ? std::nullopt : std::optional(password_wanted());
 }
 
 /// Of a page that could not open the WebSockets that it needs next. Programs, and pages of before, name none.
@@ -248,9 +291,7 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
         log_origin(request, "a start");
         return page_refused(request.header("Origin"));
     }
-    if (is_monitoring(request.path) && !may_monitor(request))
-        return monitor_authorization.empty() ? address_refused() : password_wanted();
-    return std::nullopt;
+    return is_monitoring(request.path) ? refuse_monitor(request) : std::nullopt;
 }
 
 Answer AccessControl::respond(IncomingRequest const& request)
@@ -263,12 +304,17 @@ Answer AccessControl::respond(IncomingRequest const& request)
         refusal->fixed_headers = guessed_types;
         return std::move(*refusal);
     }
-    if (request.path.starts_with("/api/") && impl_->is_operators(request)) {
-        if (impl_->is_of_foreign_page(request))
+    if (request.path.starts_with("/api/")) {
+        auto const is_operators = impl_->is_operators(request);
+        if (!is_operators)
+            return too_many_guesses();
+        if (*is_operators && impl_->is_of_foreign_page(request))
             return foreign_page_refused();
-        auto operators = request;
-        operators.is_operator = true;
-        return impl_->endpoint.respond(operators);
+        if (*is_operators) {
+            auto operators = request;
+            operators.is_operator = true;
+            return impl_->endpoint.respond(operators);
+        }
     }
     auto answer = impl_->endpoint.respond(request);
     if (auto* const response = std::get_if<HttpResponse>(&answer);

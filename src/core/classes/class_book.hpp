@@ -6,8 +6,8 @@
 #include "class_pictures.hpp"
 #include "class_simulators.hpp"
 #include "class_text.hpp"
+#include "core/access/guess_limit.hpp"
 #include "core/access/silent_clients.hpp"
-#include "guess_limit.hpp"
 #include "pace.hpp"
 
 #include <webots_cloud/time.hpp>
@@ -162,7 +162,7 @@ private:
     Tokens tokens_; // of the students of all classes
     Tokens seat_tokens_;
     SilentClients silent_{class_limits::silent, class_limits::silent_per_client};
-    GuessLimit passwords_{class_limits::passwords_of_client, class_limits::passwords_of_all};
+    GuessLimit passwords_{passwords_of_client, passwords_of_all};
     GuessLimit codes_{class_limits::codes_of_client, class_limits::codes_of_all};
     TokenBuckets joins_{class_limits::joins_burst, class_limits::joins_a_second};
     std::vector<ClassOutput> output_;

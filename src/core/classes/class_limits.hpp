@@ -1,6 +1,8 @@
 // How much classes may take: memory and work stay bounded, whatever clients send.
 #pragma once
 
+#include "core/access/guess_limit.hpp"
+
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>
@@ -40,16 +42,8 @@ inline constexpr double joins_a_second = 1;     ///< and in the long run.
 /// A picture waits behind at most so many bytes that a teacher's browser has not taken; else it is dropped.
 inline constexpr std::size_t queue_before_picture = 32 * 1024;
 
-/// Wrong passwords or codes, of one client and of all together: so many at once, and so many a second in the
-/// long run. A class behind one address mistypes codes more often than a teacher the password, and nobody
-/// behind that address may keep the others from joining.
-struct Guesses
-{
-    std::size_t burst;
-    double a_second;
-};
-inline constexpr Guesses passwords_of_client{10, 0.1};
-inline constexpr Guesses passwords_of_all{50, 0.5};
+/// Wrong codes, of one client and of all together. A class behind one address mistypes codes more often than
+/// a teacher the password, and nobody behind that address may keep the others from joining.
 inline constexpr Guesses codes_of_client{500, 20};
 inline constexpr Guesses codes_of_all{1000, 100};
 

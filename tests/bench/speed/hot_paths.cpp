@@ -77,7 +77,8 @@ using Headers = std::vector<std::pair<std::string_view, std::string_view>>;
 void let_in(AccessParams params, IncomingRequest const& request, int times)
 {
     Door door;
-    AccessControl access(std::move(params), door, Logger());
+    testing::World world;
+    AccessControl access(std::move(params), door, world.clock, Logger());
     for (int i = 0; i < times; ++i) {
         auto const answer = access.respond(request);
         auto const* const response = std::get_if<HttpResponse>(&answer);
@@ -129,7 +130,7 @@ void session(int times)
     SessionService service(params, monitor, scheduler, world.clock, Logger());
     AccessParams site;
     site.server = "example.org";
-    AccessControl access(std::move(site), service, Logger());
+    AccessControl access(std::move(site), service, world.clock, Logger());
     adapters::HttpRequestReader reader;
     std::string const request =
         "GET /session?url=https://github.com/o/r/blob/main/worlds/a.wbt HTTP/1.1\r\nHost: example.org\r\n"

@@ -27,15 +27,17 @@ BOOST_AUTO_TEST_CASE(log_text_can_neither_break_lines_nor_steer_terminals)
     BOOST_TEST(printable("\xc2\x9b") == "\\xc2\\x9b");
     BOOST_TEST(printable("caf\xc3\xa9") == "caf\xc3\xa9");
     BOOST_TEST(printable("abcdef", 3) == "abc...");
+    BOOST_TEST(printable("a\u202etxt.exe") == "a\\xe2\\x80\\xaetxt.exe"); // would be read backwards
 }
 
 BOOST_AUTO_TEST_CASE(what_is_printable_already_is_left_alone)
 {
-    for (auto const* good : {"", "abc", "caf\xc3\xa9", "\xf0\x9f\xa4\x96 \\x1b"}) {
+    for (auto const* good : {"", "abc", "caf\xc3\xa9", "\xf0\x9f\xa4\x96 \\x1b", "\u2010\u2030\u3042"}) {
         BOOST_TEST(is_printable(good), good);
         BOOST_TEST(printable(good) == good);
     }
-    for (auto const* bad : {"a\nb", "\t", "\x1b", "\x7f", "\xc2\x80", "\xc2\x9f", "\xff", "\xc3"}) {
+    for (auto const* bad : {"a\nb", "\t", "\x1b", "\x7f", "\xc2\x80", "\xc2\x9f", "\xff", "\xc3", "\u00ad",
+                            "\u061c", "\u200b", "\u200d", "\u2028", "\u202e", "\u2066", "\ufeff"}) {
         BOOST_TEST(!is_printable(bad), bad);
         BOOST_TEST(is_printable(printable(bad)), bad);
     }

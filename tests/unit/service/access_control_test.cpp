@@ -1,5 +1,6 @@
 #include "unit_test.hpp"
 
+#include "core/access/guess_limit.hpp"
 #include "core/base64.hpp"
 
 #include <webots_cloud/access_control.hpp>
@@ -49,7 +50,7 @@ bool is_secret(std::string_view token)
 struct Fixture
 {
     explicit Fixture(AccessParams params = AccessParams(), OperatorTokenCheck check = is_secret)
-        : access(std::move(params), site, log.logger(), std::move(check))
+        : access(std::move(params), site, world.clock, log.logger(), std::move(check))
     {}
 
     Answer ask(std::string_view path, Headers const& headers, bool upgrade = false)
@@ -75,6 +76,7 @@ struct Fixture
         return refusal ? refusal->status : 101;
     }
 
+    testing::World world;
     testing::RecordingLog log;
     Site site;
     AccessControl access;
@@ -307,6 +309,38 @@ BOOST_AUTO_TEST_CASE(the_monitor_asks_for_its_password_where_there_is_one)
     BOOST_TEST(fixture.open("/monitor", {}) == 401);
     BOOST_TEST(fixture.open("/monitor", {{"Authorization", right}}) == 101);
     BOOST_TEST(fixture.get("/load").status == 200);
+}
+
+BOOST_AUTO_TEST_CASE(whoever_guesses_passwords_or_tokens_is_slowed_down)
+{
+    auto params = server("sim.example.org");
+    params.monitor_password = "open sesame";
+    Fixture fixture(params);
+    auto const status = [&](std::string_view path, std::string_view client,
+                            std::string const& authorization) {
+        Headers const headers{{"Host", "sim.example.org"}, {"Authorization", authorization}};
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = path;
+        request.headers = headers;
+        request.client = request.quota_key = client;
+        return std::get<HttpResponse>(fixture.access.respond(request)).status;
+    };
+    auto const right = "Basic " + core::base64("operator:open sesame");
+    for (std::size_t guess = 0; guess < core::passwords_of_client.burst; ++guess) {
+        BOOST_TEST(status("/monitor", "192.0.2.1", "Basic b3BlbiBzZXNhbUU=") == 401);
+        BOOST_TEST(status("/api/drain", "192.0.2.2", "Bearer wrong") == 200); // as everybody else
+    }
+    BOOST_TEST(!fixture.site.by_operator);
+    for (auto const* path : {"/monitor", "/metrics"})
+        BOOST_TEST(status(path, "192.0.2.1", right) == 429); // else guessing would be as fast as ever
+    BOOST_TEST(status("/api/drain", "192.0.2.2", "Bearer secret") == 429);
+    BOOST_TEST(status("/load", "192.0.2.1", right) == 200);
+    fixture.world.advance(std::chrono::seconds(11)); // one more guess
+    BOOST_TEST(status("/monitor", "192.0.2.1", right) == 200);
+    BOOST_TEST(status("/monitor", "192.0.2.3", right) == 200);
+    BOOST_TEST(status("/api/drain", "192.0.2.3", "Bearer secret") == 200);
+    BOOST_TEST(fixture.site.by_operator);
 }
 
 BOOST_AUTO_TEST_CASE(the_monitor_is_for_the_addresses_that_the_operator_names)

@@ -1,6 +1,6 @@
 #include "unit_test.hpp"
 
-#include "core/classes/guess_limit.hpp"
+#include "core/access/guess_limit.hpp"
 
 #include <string>
 

@@ -1,12 +1,23 @@
-// Slows down who guesses passwords or codes.
+// Slows down those who guess passwords, tokens or codes.
 #pragma once
 
-#include "class_limits.hpp"
-#include "core/access/token_buckets.hpp"
+#include "token_buckets.hpp"
 
+#include <cstddef>
 #include <string_view>
 
 namespace webots_cloud::core {
+
+/// Wrong ones: so many at once, and so many a second in the long run.
+struct Guesses
+{
+    std::size_t burst;
+    double a_second;
+};
+
+/// Of a password or token that few people have, of one client and of all together.
+inline constexpr Guesses passwords_of_client{10, 0.1};
+inline constexpr Guesses passwords_of_all{50, 0.5};
 
 /// Counts wrong guesses of each client, and of all together, since an attacker may have many addresses. Who
 /// has used them up may not even try: otherwise the right one would be found as fast as ever. Where all
@@ -15,7 +26,7 @@ namespace webots_cloud::core {
 class GuessLimit
 {
 public:
-    GuessLimit(class_limits::Guesses of_client, class_limits::Guesses of_all)
+    GuessLimit(Guesses of_client, Guesses of_all)
         : clients_(of_client.burst, of_client.a_second), all_(of_all.burst, of_all.a_second, 1)
     {}
 
