@@ -74,8 +74,7 @@ HttpResponse password_wanted()
 HttpResponse too_many_guesses()
 {
     HttpResponse response(429, std::string(core::html_type),
-                          "Too many wrong passwords came from your network, or from all together. "
-                          "Please try again in a minute.");
+                          "Too many wrong passwords were tried. Please try again in a minute.");
     response.headers.emplace_back("Retry-After", "60");
     response.fixed_headers = guessed_types;
     return response;
@@ -308,9 +307,9 @@ Answer AccessControl::respond(IncomingRequest const& request)
         auto const is_operators = impl_->is_operators(request);
         if (!is_operators)
             return too_many_guesses();
-        if (*is_operators && impl_->is_of_foreign_page(request))
-            return foreign_page_refused();
         if (*is_operators) {
+            if (impl_->is_of_foreign_page(request))
+                return foreign_page_refused();
             auto operators = request;
             operators.is_operator = true;
             return impl_->endpoint.respond(operators);

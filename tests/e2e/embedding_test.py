@@ -47,7 +47,7 @@ class Embedding(unittest.TestCase):
         self.addCleanup(self.simulation.wait_until_clean)
         self.addCleanup(self.browser.get, "about:blank")
         self.browser.get(f"http://{SITE}:{self.site}/")
-        wait_until(lambda: self.tell("return view !== null"), "the module does not load")
+        wait_until(lambda: self.tell("return Boolean(view)"), "the module does not load")
 
     def tell(self, script, *arguments):
         return self.browser.execute_script(TELL + script, *arguments)

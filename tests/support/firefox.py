@@ -13,7 +13,7 @@ import tempfile
 import threading
 import unittest
 
-# browser.py has made this folder one of those that are looked into.
+# browser.py has added this folder to sys.path.
 from ports import free_port
 from waiting import wait_until
 
@@ -51,7 +51,7 @@ class Marionette:
         def connect():
             with contextlib.suppress(ConnectionRefusedError):
                 return socket.create_connection(("127.0.0.1", port), PATIENCE)
-        self.socket = wait_until(connect, "Firefox listens to nobody")
+        self.socket = wait_until(connect, "Firefox does not listen")
         self.socket.settimeout(4 * PATIENCE)
         self.received = b""
         self.number = 0
@@ -80,7 +80,6 @@ class Marionette:
         self.socket.sendall(b"%d:%s" % (len(text), text))
         _, _, error, result = self.read()
         return error, result
-
 
     def set_preference(self, name, number):
         for command, parameters in (("Marionette:SetContext", {"value": "chrome"}),
@@ -148,8 +147,8 @@ def open_firefox(webdriver, trusting=False, loads="normal", hosts=()):
         for name, value in {**PREFERENCES, "marionette.port": port, "network.dns.localDomains": ",".join(hosts)}.items():
             file.write(f"user_pref({json.dumps(name)}, {json.dumps(value)});\n")
     environment = {**os.environ, "HOME": profile, "MOZ_CRASHREPORTER_DISABLE": "1"}
-    browser = subprocess.Popen([FIREFOX, "--headless", "--marionette", "--remote-allow-system-access", "--no-remote", "--profile", profile, "about:blank"], env=environment,
-                               stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    browser = subprocess.Popen([FIREFOX, "--headless", "--marionette", "--remote-allow-system-access", "--no-remote", "--profile", profile,
+                                "about:blank"], env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Translator)
     server.turn = threading.Lock()
     try:
@@ -161,7 +160,7 @@ def open_firefox(webdriver, trusting=False, loads="normal", hosts=()):
         driver = webdriver.Remote(command_executor=f"http://127.0.0.1:{server.server_address[1]}", options=options)
         driver.set_script_timeout(PATIENCE)
         driver.set_page_load_timeout(PATIENCE)
-        driver.set_preference = lambda name, number: server.firefox.set_preference(name, number)
+        driver.set_preference = server.firefox.set_preference
         try:
             yield driver
         finally:
