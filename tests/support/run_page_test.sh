@@ -1,5 +1,6 @@
 #!/bin/bash
-# run_page_test.sh SCRIPT [firefox]: runs tests of pages, which need Node.js, Playwright and Chromium, or Firefox ESR. Exit code 77: one of them is missing.
+# run_page_test.sh SCRIPT [firefox [PATTERN]]: runs tests of pages, which need Node.js, Playwright and Chromium, or Firefox ESR; with PATTERN only
+# those whose names it matches. Exit code 77: something that they need is missing.
 
 skip()
 {
@@ -7,6 +8,7 @@ skip()
     exit 77
 }
 
+[[ -z ${3-} ]] || grep -qE "^test\('[^']*($3)" "$1" || { echo "$1 has no test whose name matches $3" && exit 1; }
 packages=$(dirname "${BASH_SOURCE[0]}")/../../build/node/tests/viewer/node_modules
 command -v node >/dev/null || skip "there is no node (package nodejs)"
 [[ -d $packages/playwright-core && -d $packages/axe-core ]] || skip "Playwright is missing: test.sh installs it with npm"
@@ -16,6 +18,6 @@ program=/usr/bin/${WEBOTS_CLOUD_BROWSER/%firefox/firefox-esr}
 /usr/bin/python3 -c 'import websockets' 2>/dev/null || skip "websockets is missing (package python3-websockets)"
 if [[ $WEBOTS_CLOUD_BROWSER == firefox ]]; then # it draws with WebGL where there is an X server only
     command -v xvfb-run >/dev/null || skip "xvfb-run is missing (package xvfb)"
-    exec xvfb-run --auto-servernum node "$1"
+    exec xvfb-run --auto-servernum node ${3:+"--test-name-pattern=$3"} "$1"
 fi
 exec node "$1"

@@ -21,6 +21,8 @@
 using namespace webots_cloud;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(signals)
+
 namespace {
 
 constexpr auto patience = std::chrono::seconds(30);
@@ -79,8 +81,6 @@ private:
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(signals)
 
 BOOST_AUTO_TEST_CASE(nobody_waits_for_a_configuration_that_is_read_again)
 {

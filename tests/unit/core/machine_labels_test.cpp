@@ -3,9 +3,10 @@
 #include "core/machine_labels.hpp"
 
 using namespace webots_cloud;
-using Labels = std::vector<std::string>;
 
 BOOST_AUTO_TEST_SUITE(machine_labels)
+
+using Labels = std::vector<std::string>;
 
 BOOST_AUTO_TEST_CASE(a_label_is_a_word)
 {

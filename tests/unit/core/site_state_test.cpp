@@ -12,6 +12,9 @@
 using namespace webots_cloud;
 using core::SiteState;
 
+// Issue 42, item 3.
+BOOST_AUTO_TEST_SUITE(site_state)
+
 namespace {
 
 struct Situation
@@ -49,9 +52,6 @@ core::SiteFacts facts_of(Situation const& situation)
 }
 
 } // namespace
-
-// Issue 42, item 3.
-BOOST_AUTO_TEST_SUITE(site_state)
 
 BOOST_AUTO_TEST_CASE(a_site_is_what_somebody_meets_who_comes_now)
 {

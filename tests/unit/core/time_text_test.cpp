@@ -8,6 +8,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(time_text)
+
 namespace {
 
 constexpr WallTime moment{1'767'323'045'006ms}; // a Friday
@@ -18,8 +20,6 @@ bool has_shape(std::string const& text, char const* shape)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(time_text)
 
 BOOST_AUTO_TEST_CASE(moments_are_written_as_each_standard_wants_them)
 {

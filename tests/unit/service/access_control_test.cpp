@@ -9,6 +9,8 @@
 
 using namespace webots_cloud;
 
+BOOST_AUTO_TEST_SUITE(access_control)
+
 namespace {
 
 using Headers = std::vector<std::pair<std::string_view, std::string_view>>;
@@ -90,8 +92,6 @@ AccessParams server(std::string name)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(access_control)
 
 BOOST_AUTO_TEST_CASE(a_server_of_this_machine_answers_to_its_own_names_only)
 {

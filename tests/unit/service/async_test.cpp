@@ -18,6 +18,8 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(async_primitives)
+
 namespace {
 
 asio::awaitable<result<int>> number_after(Clock& clock, Duration delay, int number)
@@ -72,8 +74,6 @@ asio::awaitable<result<int>> number_of(asio::awaitable<result<>> parts)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(async_primitives)
 
 BOOST_AUTO_TEST_CASE(the_first_of_several_parts_ends_the_others_and_its_result_counts)
 {

@@ -18,6 +18,9 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 using core::concat;
 
+// Protocol section 13.15.
+BOOST_AUTO_TEST_SUITE(class_endpoint)
+
 namespace {
 
 constexpr std::string_view world_url = "https://e.org/o/r/blob/main/worlds/a.wbt";
@@ -163,9 +166,6 @@ auto count(testing::LoopbackChannel const& browser, std::string_view text)
 constexpr std::string_view none_free = "Error: no simulation server available at the moment.";
 
 } // namespace
-
-// Protocol section 13.15.
-BOOST_AUTO_TEST_SUITE(class_endpoint)
 
 BOOST_AUTO_TEST_CASE(a_teacher_is_told_the_seats_and_the_machines_of_ours_with_tickets)
 {

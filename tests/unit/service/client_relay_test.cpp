@@ -25,6 +25,9 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 using core::concat;
 
+// Protocol section 13.16.
+BOOST_AUTO_TEST_SUITE(client_relay)
+
 namespace {
 
 constexpr std::string_view todays_start =
@@ -223,9 +226,6 @@ std::string last_of(testing::LoopbackChannel const& browser, std::string_view be
 }
 
 } // namespace
-
-// Protocol section 13.16.
-BOOST_AUTO_TEST_SUITE(client_relay)
 
 BOOST_AUTO_TEST_CASE(browsers_are_sent_to_the_session_server_itself_and_take_no_place)
 {

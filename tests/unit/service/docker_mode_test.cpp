@@ -20,6 +20,9 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
+// Protocol sections 6.3, 6.4, 6.5, 4.1.2 (step 9) and 4.1.3.
+BOOST_AUTO_TEST_SUITE(docker_mode)
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -195,9 +198,6 @@ std::ptrdiff_t errors_told(testing::LoopbackChannel const& browser)
 constexpr int looks = 3;
 
 } // namespace
-
-// Protocol sections 6.3, 6.4, 6.5, 4.1.2 (step 9) and 4.1.3.
-BOOST_AUTO_TEST_SUITE(docker_mode)
 
 BOOST_AUTO_TEST_CASE(compose_as_a_part_of_docker_is_preferred)
 {

@@ -6,6 +6,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Protocol sections 4.1.1 to 4.1.4.
+BOOST_AUTO_TEST_SUITE(fetch_only)
+
 namespace {
 
 std::string fetch_of(std::string const& world, std::string const& more = {})
@@ -47,9 +50,6 @@ struct Fixture : SimulationFixture
 using Texts = std::vector<std::string>;
 
 } // namespace
-
-// Protocol sections 4.1.1 to 4.1.4.
-BOOST_AUTO_TEST_SUITE(fetch_only)
 
 BOOST_AUTO_TEST_CASE(the_project_is_fetched_and_no_simulator_is_started)
 {

@@ -8,6 +8,8 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(limit_watch)
+
 namespace {
 
 constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
@@ -73,8 +75,6 @@ bool ends_with(std::string const& text, std::string_view end)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(limit_watch)
 
 BOOST_AUTO_TEST_CASE(simulations_are_started_with_their_limits)
 {

@@ -11,6 +11,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Protocol section 3, in virtual time.
+BOOST_AUTO_TEST_SUITE(load_monitor)
+
 namespace {
 
 /// A monitor that runs; at its end it is cancelled, and no task or timer may be left.
@@ -53,9 +56,6 @@ struct Fixture
 };
 
 } // namespace
-
-// Protocol section 3, in virtual time.
-BOOST_AUTO_TEST_SUITE(load_monitor)
 
 BOOST_AUTO_TEST_CASE(every_server_is_polled_at_once_and_then_every_interval)
 {

@@ -18,6 +18,8 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(machine_discovery)
+
 namespace {
 
 /// Answers from a table; names without an entry hang.
@@ -150,8 +152,6 @@ struct DiscoveryFixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(machine_discovery)
 
 BOOST_AUTO_TEST_CASE(machines_come_in_place_of_their_names_and_follow_them)
 {

@@ -4,6 +4,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Protocol section 13.4.
+BOOST_AUTO_TEST_SUITE(operator_end)
+
 namespace {
 
 constexpr auto start_message =
@@ -45,9 +48,6 @@ struct Fixture : SimulationFixture
 };
 
 } // namespace
-
-// Protocol section 13.4.
-BOOST_AUTO_TEST_SUITE(operator_end)
 
 BOOST_AUTO_TEST_CASE(a_simulation_that_runs_is_ended_and_its_browser_told_who_did)
 {

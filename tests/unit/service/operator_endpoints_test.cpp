@@ -21,6 +21,8 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(operator_endpoints)
+
 namespace {
 
 ProjectFetcherParams fetcher_params()
@@ -237,8 +239,6 @@ bool has(std::string const& text, std::string_view part)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(operator_endpoints)
 
 BOOST_AUTO_TEST_CASE(only_its_own_paths_to_the_letter_are_served)
 {

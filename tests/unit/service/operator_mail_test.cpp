@@ -14,6 +14,9 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
+// Protocol section 10.
+BOOST_AUTO_TEST_SUITE(operator_mail)
+
 namespace {
 
 asio::awaitable<void> run(OperatorMail& mail, result<>& outcome)
@@ -102,9 +105,6 @@ struct Fixture
 using Subjects = std::vector<std::string>;
 
 } // namespace
-
-// Protocol section 10.
-BOOST_AUTO_TEST_SUITE(operator_mail)
 
 BOOST_AUTO_TEST_CASE(each_kind_of_change_is_one_mail_at_once)
 {

@@ -17,6 +17,8 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(project_fetcher)
+
 namespace {
 
 /// Records its requests, and removes directories slowly, or fails to.
@@ -140,8 +142,6 @@ asio::awaitable<void> fetch_and_wait(Fixture& fixture, ProjectRef ref, bool& thr
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(project_fetcher)
 
 BOOST_AUTO_TEST_CASE(a_project_says_where_it_is_and_what_was_fetched)
 {

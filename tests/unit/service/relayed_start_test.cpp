@@ -6,6 +6,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Protocol 4.1.5.
+BOOST_AUTO_TEST_SUITE(relayed_start)
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -107,9 +110,6 @@ Case const cases[] = {
 };
 
 } // namespace
-
-// Protocol 4.1.5.
-BOOST_AUTO_TEST_SUITE(relayed_start)
 
 BOOST_AUTO_TEST_CASE(before_an_error_that_is_the_machines_a_session_server_is_told_so)
 {

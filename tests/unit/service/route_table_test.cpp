@@ -7,6 +7,8 @@
 
 using namespace webots_cloud;
 
+BOOST_AUTO_TEST_SUITE(route_table_of_a_server)
+
 namespace {
 
 struct Service
@@ -56,8 +58,6 @@ std::string allowed(HttpResponse const& refusal)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(route_table_of_a_server)
 
 BOOST_AUTO_TEST_CASE(a_path_is_found_as_it_is_written)
 {

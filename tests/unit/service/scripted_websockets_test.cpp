@@ -6,6 +6,8 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(scripted_websockets)
+
 namespace {
 
 using Connected = result<std::unique_ptr<Channel>>;
@@ -33,8 +35,6 @@ struct Fixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(scripted_websockets)
 
 BOOST_AUTO_TEST_CASE(both_sides_of_a_channel_talk)
 {

@@ -28,7 +28,7 @@ boost::asio::awaitable<void> run(ServiceManager& manager, Clock& clock)
     (void)co_await report_to(manager, clock);
 }
 
-struct Fixture
+struct ServiceReportFixture
 {
     void start()
     {
@@ -43,7 +43,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(service_report, Fixture)
+BOOST_FIXTURE_TEST_SUITE(service_report, ServiceReportFixture)
 
 BOOST_AUTO_TEST_CASE(a_manager_hears_of_the_beginning_and_the_end)
 {

@@ -19,6 +19,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Protocol sections 2, 9.1 and 13.
+BOOST_AUTO_TEST_SUITE(session_service)
+
 namespace {
 
 struct Fixture
@@ -112,9 +115,6 @@ std::string content_type(HttpResponse const& response)
 }
 
 } // namespace
-
-// Protocol sections 2, 9.1 and 13.
-BOOST_AUTO_TEST_SUITE(session_service)
 
 BOOST_AUTO_TEST_CASE(session_answers_the_address_of_the_least_loaded_server_with_cors)
 {

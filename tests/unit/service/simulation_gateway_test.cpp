@@ -7,6 +7,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Protocol section 13.12.
+BOOST_AUTO_TEST_SUITE(simulation_gateway)
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -57,9 +60,6 @@ struct Fixture : SimulationFixture
 };
 
 } // namespace
-
-// Protocol section 13.12.
-BOOST_AUTO_TEST_SUITE(simulation_gateway)
 
 BOOST_AUTO_TEST_CASE(a_simulation_is_announced_with_its_token_and_reached_through_the_server)
 {

@@ -20,6 +20,8 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(simulation_launcher)
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -156,8 +158,6 @@ std::string variable(ProcessSpec const& process, std::string const& name)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(simulation_launcher)
 
 BOOST_AUTO_TEST_CASE(a_simulation_is_ready_then_tells_what_it_was_before_then_lives_and_ends_last)
 {
@@ -601,8 +601,6 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_has_consumed_is_known_until_it_has_ended)
     BOOST_TEST((fixture.world.run(simulation->usage()) == ProcessUsage()));
 }
 
-BOOST_AUTO_TEST_SUITE_END()
-
 namespace {
 
 /// The same with docker mode, opened.
@@ -648,7 +646,7 @@ struct ContainerFixture : Fixture
 
 } // namespace
 
-BOOST_AUTO_TEST_SUITE(simulation_launcher_with_containers)
+BOOST_AUTO_TEST_SUITE(with_containers)
 
 BOOST_AUTO_TEST_CASE(a_project_that_can_not_be_prepared_costs_no_port_and_starts_nothing)
 {
@@ -695,5 +693,7 @@ BOOST_AUTO_TEST_CASE(the_end_is_told_when_nothing_is_left_even_to_one_who_was_to
     BOOST_TEST_REQUIRE(std::holds_alternative<SimulationEnded>(**taken));
     BOOST_TEST((std::get<SimulationEnded>(**taken).status == ExitStatus(1, false)));
 }
+
+BOOST_AUTO_TEST_SUITE_END()
 
 BOOST_AUTO_TEST_SUITE_END()

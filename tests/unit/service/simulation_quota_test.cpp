@@ -6,6 +6,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Issue 16, item 3.
+BOOST_AUTO_TEST_SUITE(simulation_quota)
+
 namespace {
 
 constexpr auto start_message = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt"}})";
@@ -161,9 +164,6 @@ std::pair<std::string, void (*)(Fixture&)> const ends[] = {
 };
 
 } // namespace
-
-// Issue 16, item 3.
-BOOST_AUTO_TEST_SUITE(simulation_quota)
 
 BOOST_AUTO_TEST_CASE(a_client_over_its_limit_is_told_what_to_raise_and_others_have_room)
 {

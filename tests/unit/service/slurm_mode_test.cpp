@@ -18,6 +18,8 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(slurm_mode)
+
 namespace {
 
 constexpr auto two_nodes = "n1 10.0.0.1 1/1/0/2 1000 500\nn2 n2.cluster 0/2/0/2 1000 0\n";
@@ -121,8 +123,6 @@ asio::awaitable<void> run_slurm(SlurmMode& slurm)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(slurm_mode)
 
 BOOST_AUTO_TEST_CASE(at_the_start_jobs_of_an_earlier_run_are_ended)
 {

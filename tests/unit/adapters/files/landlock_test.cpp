@@ -17,6 +17,8 @@
 using namespace webots_cloud;
 namespace fs = std::filesystem;
 
+BOOST_AUTO_TEST_SUITE(landlock)
+
 namespace {
 
 constexpr int has_no_landlock = 77;
@@ -99,8 +101,6 @@ bool is_skipped(int status)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(landlock)
 
 BOOST_AUTO_TEST_CASE(what_is_named_can_be_used_also_what_comes_later)
 {

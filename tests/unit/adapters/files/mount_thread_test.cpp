@@ -11,6 +11,8 @@
 using namespace webots_cloud;
 using adapters::mount_elsewhere;
 
+BOOST_AUTO_TEST_SUITE(mount_thread)
+
 namespace {
 
 std::thread::id where()
@@ -24,8 +26,6 @@ std::thread::id where()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(mount_thread)
 
 BOOST_AUTO_TEST_CASE(mounts_are_made_on_it_while_it_exists)
 {

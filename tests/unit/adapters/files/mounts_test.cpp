@@ -5,6 +5,8 @@
 
 using webots_cloud::adapters::mounts_below;
 
+BOOST_AUTO_TEST_SUITE(mounts)
+
 namespace {
 
 constexpr std::string_view mountinfo =
@@ -17,8 +19,6 @@ constexpr std::string_view mountinfo =
     "broken line\n";
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(mounts)
 
 BOOST_AUTO_TEST_CASE(mounts_below_a_directory_are_listed_the_innermost_first)
 {

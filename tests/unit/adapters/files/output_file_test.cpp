@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Fixture
+struct OutputFileFixture
 {
-    Fixture()
+    OutputFileFixture()
     {
         auto name = (fs::temp_directory_path() / "webots_cloud_output_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
@@ -29,7 +29,7 @@ struct Fixture
         victim = folder / "victim";
         std::ofstream(victim) << "precious";
     }
-    ~Fixture() { fs::remove_all(folder); }
+    ~OutputFileFixture() { fs::remove_all(folder); }
 
     static std::string read(fs::path const& path)
     {
@@ -54,7 +54,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(output_file, Fixture)
+BOOST_FIXTURE_TEST_SUITE(output_file, OutputFileFixture)
 
 BOOST_AUTO_TEST_CASE(a_file_is_gone_on_with_or_begun_anew_without_a_word)
 {

@@ -11,7 +11,6 @@
 #include <fstream>
 
 using namespace webots_cloud;
-using adapters::read_regular_file;
 namespace fs = std::filesystem;
 
 namespace {
@@ -43,20 +42,23 @@ BOOST_FIXTURE_TEST_SUITE(regular_file, Folder)
 BOOST_AUTO_TEST_CASE(a_file_is_read_whole_up_to_its_limit)
 {
     std::ofstream(path / "file") << std::string(1000, 'x');
-    BOOST_TEST(read_regular_file(path / "file", 1000).value() == std::string(1000, 'x'));
-    BOOST_TEST(read_regular_file(path / "file", 999).error().message() == "it is larger than 999 bytes");
+    BOOST_TEST(adapters::read_regular_file(path / "file", 1000).value() == std::string(1000, 'x'));
+    BOOST_TEST(adapters::read_regular_file(path / "file", 999).error().message() ==
+               "it is larger than 999 bytes");
     std::ofstream(path / "empty");
-    BOOST_TEST(read_regular_file(path / "empty", 10).value().empty());
-    BOOST_TEST(
-        read_regular_file("/proc/self/status", 100'000).value().starts_with("Name:")); // whose size is 0
+    BOOST_TEST(adapters::read_regular_file(path / "empty", 10).value().empty());
+    BOOST_TEST(adapters::read_regular_file("/proc/self/status", 100'000)
+                   .value()
+                   .starts_with("Name:")); // whose size is 0
 }
 
 BOOST_AUTO_TEST_CASE(what_is_no_file_is_refused_and_nobody_waits_for_it)
 {
-    BOOST_TEST(read_regular_file(path / "none", 10).error().message() == "No such file or directory");
-    BOOST_TEST(read_regular_file(path, 10).error().message() == "it is a folder");
-    BOOST_TEST(read_regular_file("/dev/zero", 10).error().message() == "it is no regular file");
-    BOOST_TEST(read_regular_file(pipe(), 10).error().message() == "it is no regular file");
+    BOOST_TEST(adapters::read_regular_file(path / "none", 10).error().message() ==
+               "No such file or directory");
+    BOOST_TEST(adapters::read_regular_file(path, 10).error().message() == "it is a folder");
+    BOOST_TEST(adapters::read_regular_file("/dev/zero", 10).error().message() == "it is no regular file");
+    BOOST_TEST(adapters::read_regular_file(pipe(), 10).error().message() == "it is no regular file");
 }
 
 BOOST_AUTO_TEST_CASE(a_certificate_that_is_a_pipe_is_refused_in_words)

@@ -19,9 +19,9 @@ namespace {
 constexpr uid_t nobody = 65534;
 
 /// An empty folder of an unprivileged user, as whom the test runs until its end.
-struct Fixture
+struct RemoveTreeSuiteFixture
 {
-    Fixture()
+    RemoveTreeSuiteFixture()
     {
         auto name = (fs::temp_directory_path() / "webots_cloud_remove_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
@@ -34,7 +34,7 @@ struct Fixture
         std::ofstream(folder / "project" / "locked" / "inner" / "file") << "x";
     }
 
-    ~Fixture()
+    ~RemoveTreeSuiteFixture()
     {
         BOOST_TEST(::seteuid(user) == 0);
         fs::remove_all(folder);
@@ -46,7 +46,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(remove_tree_suite, Fixture)
+BOOST_FIXTURE_TEST_SUITE(remove_tree_suite, RemoveTreeSuiteFixture)
 
 BOOST_AUTO_TEST_CASE(folders_that_their_owner_may_not_enter_or_change_are_removed_too)
 {

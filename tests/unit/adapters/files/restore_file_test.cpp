@@ -16,9 +16,9 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A fetched project, changes by a simulation, and a file outside of it.
-struct Fixture
+struct RestoringFilesFixture
 {
-    Fixture()
+    RestoringFilesFixture()
     {
         std::string name = (fs::temp_directory_path() / "webots_cloud_restore_XXXXXX").string();
         folder = ::mkdtemp(name.data());
@@ -28,7 +28,7 @@ struct Fixture
         write("to/controllers/walk/walk.py", "changed");
         write("outside/walk.py", "secret");
     }
-    ~Fixture() { fs::remove_all(folder); }
+    ~RestoringFilesFixture() { fs::remove_all(folder); }
 
     void write(std::string const& path, std::string const& text) const
     {
@@ -52,7 +52,7 @@ struct Fixture
 } // namespace
 
 // Protocol section 4.1.1, item 1, and quirk Q26.
-BOOST_FIXTURE_TEST_SUITE(restoring_files, Fixture)
+BOOST_FIXTURE_TEST_SUITE(restoring_files, RestoringFilesFixture)
 
 BOOST_AUTO_TEST_CASE(a_file_is_put_back_with_its_permissions)
 {

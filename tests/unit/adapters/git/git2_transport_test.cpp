@@ -10,6 +10,8 @@
 #include <string>
 #include <thread>
 
+BOOST_AUTO_TEST_SUITE(git2_transport)
+
 namespace {
 
 using namespace webots_cloud;
@@ -33,8 +35,6 @@ result<std::string> passed(std::string const& answer, std::size_t size)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(git2_transport)
 
 BOOST_AUTO_TEST_CASE(depth_is_asked_for_after_what_is_wanted)
 {

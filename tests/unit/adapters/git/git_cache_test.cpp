@@ -21,9 +21,9 @@ namespace {
 
 constexpr auto url = "https://forge.org/owner/robots.git";
 
-struct Fixture
+struct GitCacheFixture
 {
-    Fixture()
+    GitCacheFixture()
     {
         auto name = (fs::temp_directory_path() / "webots_cloud_cache_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
@@ -32,7 +32,7 @@ struct Fixture
         BOOST_TEST_REQUIRE(cache->usable().has_value());
     }
 
-    ~Fixture()
+    ~GitCacheFixture()
     {
         cache.reset();
         fs::remove_all(folder);
@@ -95,7 +95,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(git_cache, Fixture)
+BOOST_FIXTURE_TEST_SUITE(git_cache, GitCacheFixture)
 
 BOOST_AUTO_TEST_CASE(a_damaged_folder_is_dropped_but_not_taken_from_who_uses_it)
 {

@@ -6,6 +6,9 @@
 
 using namespace webots_cloud;
 using namespace webots_cloud::adapters;
+
+BOOST_AUTO_TEST_SUITE(git_index)
+
 using Kind = core::GitTreeEntry::Kind;
 
 namespace {
@@ -46,8 +49,6 @@ GitIndex large_example()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(git_index)
 
 BOOST_AUTO_TEST_CASE(what_is_written_is_read_again)
 {

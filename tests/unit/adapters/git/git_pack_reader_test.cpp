@@ -58,14 +58,14 @@ std::string pack(std::vector<std::string> const& objects)
 }
 
 /// A staging area of its own.
-struct Fixture
+struct GitPackReaderFixture
 {
-    Fixture()
+    GitPackReaderFixture()
     {
         char name[] = "/tmp/webots_cloud_pack_XXXXXX";
         path = ::mkdtemp(name);
     }
-    ~Fixture() { remove_tree(path); }
+    ~GitPackReaderFixture() { remove_tree(path); }
 
     result<> read(std::string_view bytes, std::size_t piece = 1 << 20, std::uint64_t budget = 1 << 20,
                   FetchInterrupt interrupt = {}, std::uint64_t spent = 0)
@@ -101,7 +101,7 @@ std::string const copy_and_add = "\x0a\x09\x91\x02\x04\x03XYZ\x90\x02"s; // 2345
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(git_pack_reader, Fixture)
+BOOST_FIXTURE_TEST_SUITE(git_pack_reader, GitPackReaderFixture)
 
 BOOST_AUTO_TEST_CASE(objects_are_unpacked_however_the_pack_is_cut)
 {

@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Control groups in a folder; that of the test is /a/b.
-struct Fixture
+struct HostMetricsFixture
 {
-    Fixture()
+    HostMetricsFixture()
     {
         std::string name = (fs::temp_directory_path() / "webots_cloud_metrics_XXXXXX").string();
         folder = ::mkdtemp(name.data());
@@ -30,7 +30,7 @@ struct Fixture
         params.own_control_group = folder / "own";
         params.nvidia_library = (folder / "none.so").string();
     }
-    ~Fixture() { fs::remove_all(folder); }
+    ~HostMetricsFixture() { fs::remove_all(folder); }
 
     void write(std::string const& path, std::string const& text) const
     {
@@ -46,7 +46,7 @@ struct Fixture
 } // namespace
 
 // Protocol section 4.2; limits of control groups are ours.
-BOOST_FIXTURE_TEST_SUITE(host_metrics, Fixture)
+BOOST_FIXTURE_TEST_SUITE(host_metrics, HostMetricsFixture)
 
 BOOST_AUTO_TEST_CASE(without_limits_the_machine_is_what_counts)
 {

@@ -15,6 +15,9 @@ using namespace webots_cloud;
 using adapters::ForwardedResponse;
 using adapters::HttpRequestReader;
 using core::concat;
+
+BOOST_AUTO_TEST_SUITE(forward_text)
+
 using Body = ForwardedResponse::Body;
 using Progress = ForwardedResponse::Progress;
 
@@ -60,8 +63,6 @@ ForwardedResponse parsed(std::string_view text, bool is_head = false, bool is_up
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(forward_text)
 
 BOOST_AUTO_TEST_CASE(a_request_is_written_anew_with_the_other_servers_path)
 {

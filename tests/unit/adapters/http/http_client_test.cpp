@@ -22,6 +22,10 @@ using namespace std::chrono_literals;
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
+// The rows of the table in protocol section 3, with a real peer: which failures mean down, and which merely
+// slow.
+BOOST_AUTO_TEST_SUITE(http_client)
+
 namespace {
 
 constexpr std::string_view good = "HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n42";
@@ -113,10 +117,6 @@ Failure failure_of(std::string const& bytes, Duration timeout = 30s)
 }
 
 } // namespace
-
-// The rows of the table in protocol section 3, with a real peer: which failures mean down, and which merely
-// slow.
-BOOST_AUTO_TEST_SUITE(http_client)
 
 BOOST_AUTO_TEST_CASE(whatever_the_status_an_answer_is_an_answer)
 {

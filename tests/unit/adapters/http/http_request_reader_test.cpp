@@ -8,6 +8,9 @@
 
 using namespace webots_cloud;
 using adapters::HttpRequestReader;
+
+BOOST_AUTO_TEST_SUITE(http_request_reader)
+
 using Progress = HttpRequestReader::Progress;
 
 namespace {
@@ -53,8 +56,6 @@ std::string with_header(std::size_t length)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(http_request_reader)
 
 BOOST_AUTO_TEST_CASE(a_request_is_taken_apart)
 {

@@ -9,6 +9,8 @@
 
 using namespace webots_cloud;
 
+BOOST_AUTO_TEST_SUITE(http_server)
+
 namespace {
 
 std::size_t count(std::string_view text, std::string_view what)
@@ -47,8 +49,6 @@ std::string close_frame(unsigned code)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(http_server)
 
 BOOST_AUTO_TEST_CASE(pipelined_requests_are_answered_in_order_until_one_wants_no_more)
 {

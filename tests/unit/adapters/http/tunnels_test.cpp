@@ -19,6 +19,8 @@
 
 using namespace webots_cloud;
 
+BOOST_AUTO_TEST_SUITE(tunnels)
+
 namespace {
 
 constexpr std::size_t far_too_much = 200'000'000; // for what the kernel buffers between two programs
@@ -188,8 +190,6 @@ private:
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(tunnels)
 
 BOOST_AUTO_TEST_CASE(browsers_may_come_over_tls)
 {

@@ -15,6 +15,9 @@
 
 using namespace webots_cloud;
 
+// Issue 20: the way between the servers.
+BOOST_AUTO_TEST_SUITE(upstream_tls)
+
 namespace {
 
 /// To a server of ours, by TLS.
@@ -101,9 +104,6 @@ constexpr std::string_view good = "HTTP/1.1 200 OK";
 constexpr std::string_view bad = "HTTP/1.1 502 Bad Gateway";
 
 } // namespace
-
-// Issue 20: the way between the servers.
-BOOST_AUTO_TEST_SUITE(upstream_tls)
 
 BOOST_AUTO_TEST_CASE(websockets_come_from_a_server_that_speaks_tls)
 {

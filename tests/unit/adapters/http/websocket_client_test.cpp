@@ -20,6 +20,8 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using asio::ip::tcp;
 
+BOOST_AUTO_TEST_SUITE(websocket_client)
+
 namespace {
 
 using Connected = result<std::unique_ptr<Channel>>;
@@ -155,8 +157,6 @@ std::string url_of(RunningServer const& server, std::string const& path, std::st
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(websocket_client)
 
 BOOST_AUTO_TEST_CASE(texts_go_both_ways)
 {

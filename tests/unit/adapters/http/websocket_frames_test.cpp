@@ -9,6 +9,9 @@ using namespace webots_cloud;
 using adapters::CloseCode;
 using adapters::WebSocketEvent;
 using adapters::WebSocketFrameReader;
+
+BOOST_AUTO_TEST_SUITE(websocket_frames)
+
 using Kind = WebSocketEvent::Kind;
 
 namespace {
@@ -59,8 +62,6 @@ unsigned fault(std::string const& bytes)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(websocket_frames)
 
 BOOST_AUTO_TEST_CASE(messages_of_every_length_form_are_read)
 {

@@ -17,16 +17,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Fixture
+struct KeptFileFixture
 {
-    Fixture()
+    KeptFileFixture()
     {
         auto name = (fs::temp_directory_path() / "webots_cloud_kept_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
         folder = name;
         path = folder / "session" / "file.txt";
     }
-    ~Fixture() { fs::remove_all(folder); }
+    ~KeptFileFixture() { fs::remove_all(folder); }
 
     result<> replace(KeptFile& file, std::string bytes)
     {
@@ -48,7 +48,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(kept_file, Fixture)
+BOOST_FIXTURE_TEST_SUITE(kept_file, KeptFileFixture)
 
 BOOST_AUTO_TEST_CASE(what_was_written_is_read_again_and_is_for_its_owner_alone)
 {

@@ -12,15 +12,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Fixture
+struct LoggerFixture
 {
-    Fixture()
+    LoggerFixture()
     {
         std::string name = (fs::temp_directory_path() / "webots_cloud_logger_XXXXXX").string();
         folder = ::mkdtemp(name.data());
         params.file = folder / "log" / "output.log";
     }
-    ~Fixture() { fs::remove_all(folder); }
+    ~LoggerFixture() { fs::remove_all(folder); }
 
     std::string text() const
     {
@@ -35,7 +35,7 @@ struct Fixture
 } // namespace
 
 // Protocol section 9.1.
-BOOST_FIXTURE_TEST_SUITE(logger, Fixture)
+BOOST_FIXTURE_TEST_SUITE(logger, LoggerFixture)
 
 BOOST_AUTO_TEST_CASE(lines_have_the_format_that_operators_know)
 {

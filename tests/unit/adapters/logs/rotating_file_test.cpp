@@ -14,6 +14,9 @@
 using webots_cloud::adapters::RotatingFile;
 namespace fs = std::filesystem;
 
+// Protocol section 9.1.
+BOOST_AUTO_TEST_SUITE(rotating_file)
+
 namespace {
 
 /// A folder that is removed at the end of the test.
@@ -59,9 +62,6 @@ std::unique_ptr<RotatingFile> open(Folder const& folder)
 }
 
 } // namespace
-
-// Protocol section 9.1.
-BOOST_AUTO_TEST_SUITE(rotating_file)
 
 BOOST_AUTO_TEST_CASE(a_full_file_gets_a_number_and_only_so_many_are_kept)
 {

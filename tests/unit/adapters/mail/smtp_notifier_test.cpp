@@ -29,6 +29,8 @@ using namespace std::chrono_literals;
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
+BOOST_AUTO_TEST_SUITE(smtp_notifier)
+
 namespace {
 
 asio::awaitable<result<>> deliver(Notifier& notifier, std::string text = "Text\n")
@@ -100,8 +102,6 @@ struct Fixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(smtp_notifier)
 
 BOOST_AUTO_TEST_CASE(without_libcurl_the_failure_names_the_library_and_its_package)
 {

@@ -19,6 +19,8 @@ using adapters::NamedAddresses;
 namespace asio = boost::asio;
 namespace process = boost::process;
 
+BOOST_AUTO_TEST_SUITE(name_channel)
+
 namespace {
 
 constexpr auto dnsmasq = "/usr/sbin/dnsmasq";
@@ -119,8 +121,6 @@ std::vector<std::string> texts(NamedAddresses const& named)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(name_channel)
 
 BOOST_AUTO_TEST_CASE(localhost_and_numeric_addresses_need_no_server)
 {

@@ -20,6 +20,8 @@ using adapters::Addresses;
 using adapters::NameResolver;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(name_resolver)
+
 namespace {
 
 /// Resolves every name at once, except those that begin with "hole": these when `release` is called.
@@ -101,8 +103,6 @@ struct Fixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(name_resolver)
 
 BOOST_AUTO_TEST_CASE(a_name_that_hangs_delays_no_other)
 {

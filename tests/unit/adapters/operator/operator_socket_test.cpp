@@ -29,6 +29,8 @@ using namespace webots_cloud;
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
 
+BOOST_AUTO_TEST_SUITE(operator_socket)
+
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -137,8 +139,6 @@ bool connect_elsewhere(fs::path const& path, int const (&life)[2])
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(operator_socket)
 
 BOOST_AUTO_TEST_CASE(a_simulation_does_not_pass_for_a_process_that_has_got_the_number_of_its_own)
 {

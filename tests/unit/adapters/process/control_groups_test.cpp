@@ -18,16 +18,16 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A folder in which plain files stand for those of the kernel.
-struct Fixture
+struct ControlGroupsAdapterFixture
 {
-    Fixture()
+    ControlGroupsAdapterFixture()
     {
         auto name = (fs::temp_directory_path() / "webots_cloud_groups_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
         folder = name;
     }
 
-    ~Fixture() { fs::remove_all(folder); }
+    ~ControlGroupsAdapterFixture() { fs::remove_all(folder); }
 
     void write(fs::path const& file, std::string const& text) const
     {
@@ -90,7 +90,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(control_groups_adapter, Fixture)
+BOOST_FIXTURE_TEST_SUITE(control_groups_adapter, ControlGroupsAdapterFixture)
 
 BOOST_AUTO_TEST_CASE(with_version_1_each_controller_gets_a_group_with_its_limit)
 {

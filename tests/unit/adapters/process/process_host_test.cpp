@@ -73,14 +73,14 @@ void stop_first_child(pid_t guard)
     BOOST_TEST_REQUIRE(::kill(std::atoi(text.data()), SIGSTOP) == 0);
 }
 
-struct Fixture
+struct ProcessHostFixture
 {
-    Fixture()
+    ProcessHostFixture()
     {
         fs::create_directory(folder);
         spec.directory = folder;
     }
-    ~Fixture() { fs::remove_all(folder); }
+    ~ProcessHostFixture() { fs::remove_all(folder); }
 
     template<class T>
     T run(asio::awaitable<T> body)
@@ -119,7 +119,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(process_host, Fixture)
+BOOST_FIXTURE_TEST_SUITE(process_host, ProcessHostFixture)
 
 // 6.1: standard error is merged with the output, in the order of writing.
 BOOST_AUTO_TEST_CASE(output_and_errors_come_in_the_order_of_their_writing)
@@ -354,7 +354,7 @@ boost::system::error_code listen(tcp::acceptor& socket, std::uint16_t port, bool
     return error;
 }
 
-struct Ports : Fixture
+struct Ports : ProcessHostFixture
 {
     /// Holds a free port.
     std::uint16_t hold_some()

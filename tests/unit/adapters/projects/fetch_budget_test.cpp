@@ -20,7 +20,7 @@ FetchBytes bytes(std::uint64_t memory, std::uint64_t disk = 0)
     return made;
 }
 
-struct Fixture
+struct FetchBudgetFixture
 {
     FetchShare::Waiting patient(Duration patience = 30s)
     {
@@ -41,7 +41,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(fetch_budget, Fixture)
+BOOST_FIXTURE_TEST_SUITE(fetch_budget, FetchBudgetFixture)
 
 BOOST_AUTO_TEST_CASE(what_does_not_fit_takes_nothing)
 {

@@ -24,9 +24,9 @@ constexpr std::uint64_t kilobyte = 1024;
 constexpr uid_t nobody = 65534;
 
 /// An empty folder of an unprivileged user, as whom the test runs until its end.
-struct Fixture
+struct FolderMeterFixture
 {
-    Fixture()
+    FolderMeterFixture()
     {
         auto name = (fs::temp_directory_path() / "webots_cloud_meter_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
@@ -37,7 +37,7 @@ struct Fixture
         }
     }
 
-    ~Fixture()
+    ~FolderMeterFixture()
     {
         BOOST_TEST(::seteuid(user) == 0);
         fs::remove_all(folder);
@@ -69,7 +69,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(folder_meter, Fixture)
+BOOST_FIXTURE_TEST_SUITE(folder_meter, FolderMeterFixture)
 
 BOOST_AUTO_TEST_CASE(files_of_all_folders_are_counted)
 {

@@ -14,12 +14,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr uid_t nobody = 65534;
+constexpr uid_t stranger = 65534;
 
-struct Fixture
+struct InstanceRootFixture
 {
-    Fixture() { fs::create_directories(instances); }
-    ~Fixture()
+    InstanceRootFixture() { fs::create_directories(instances); }
+    ~InstanceRootFixture()
     {
         fs::remove_all(shared);
         ::umask(umask);
@@ -63,7 +63,7 @@ mode_t mode_of(fs::path const& path)
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(instance_root, Fixture)
+BOOST_FIXTURE_TEST_SUITE(instance_root, InstanceRootFixture)
 
 BOOST_AUTO_TEST_CASE(missing_folders_are_made_for_us_alone)
 {
@@ -119,8 +119,8 @@ BOOST_AUTO_TEST_CASE(what_can_not_be_removed_is_set_aside_and_no_reason_not_to_s
     put(instances / "1" / "file");
     BOOST_REQUIRE(::chmod(shared.c_str(), 01777) == 0);
     for (auto const& folder : {user, port, instances})
-        BOOST_REQUIRE(::chown(folder.c_str(), nobody, nobody) == 0);
-    BOOST_REQUIRE(::seteuid(nobody) == 0);
+        BOOST_REQUIRE(::chown(folder.c_str(), stranger, stranger) == 0);
+    BOOST_REQUIRE(::seteuid(stranger) == 0);
     for (int start = 0; start < 2; ++start) {
         auto const root = InstanceRoot::open(user, "2000");
         BOOST_TEST_REQUIRE(root.has_value());
@@ -176,7 +176,7 @@ BOOST_AUTO_TEST_CASE(modes_that_let_others_in_or_us_not_are_mended)
     if (::geteuid() == 0) {
         BOOST_REQUIRE(::chmod(shared.c_str(), 01777) == 0);
         for (auto const& folder : {user, port, instances})
-            BOOST_REQUIRE(::chown(folder.c_str(), nobody, nobody) == 0);
+            BOOST_REQUIRE(::chown(folder.c_str(), stranger, stranger) == 0);
     }
     auto const before = ::geteuid();
     for (auto const link : {InstanceRoot::State::no_link, InstanceRoot::State::may_be_link})
@@ -186,7 +186,7 @@ BOOST_AUTO_TEST_CASE(modes_that_let_others_in_or_us_not_are_mended)
                 {
                     BOOST_REQUIRE(::chmod(folder.c_str(), static_cast<mode_t>(mode)) == 0);
                     if (before == 0)
-                        BOOST_REQUIRE(::seteuid(nobody) == 0);
+                        BOOST_REQUIRE(::seteuid(stranger) == 0);
                     auto const root = InstanceRoot::open(user, "2000", link);
                     BOOST_REQUIRE(::seteuid(before) == 0);
                     BOOST_TEST_REQUIRE(root.has_value());
@@ -203,7 +203,7 @@ BOOST_AUTO_TEST_CASE(folders_of_another_user_are_not_used)
         return;
     }
     put(instances / "1" / "file");
-    BOOST_REQUIRE(::chown(user.c_str(), nobody, nobody) == 0);
+    BOOST_REQUIRE(::chown(user.c_str(), stranger, stranger) == 0);
     BOOST_TEST(says(refusal(), user,
                     "it belongs to another user. Remove it, or set \"stateDir\" to another folder."));
     BOOST_TEST(fs::exists(instances / "1" / "file"));
@@ -212,7 +212,7 @@ BOOST_AUTO_TEST_CASE(folders_of_another_user_are_not_used)
     BOOST_TEST(says(chosen.error().message(), user,
                     "it belongs to another user. Give it to the user of this server"));
     BOOST_REQUIRE(::chown(user.c_str(), 0, 0) == 0);
-    BOOST_REQUIRE(::chown(port.c_str(), nobody, nobody) == 0);
+    BOOST_REQUIRE(::chown(port.c_str(), stranger, stranger) == 0);
     auto const root = InstanceRoot::open(user, "2000");
     BOOST_TEST_REQUIRE(root.has_value());
     BOOST_TEST(root->notices().size() == 1u);

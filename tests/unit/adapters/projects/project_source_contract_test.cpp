@@ -25,6 +25,8 @@ using namespace webots_cloud;
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
 
+BOOST_AUTO_TEST_SUITE(project_source_contract)
+
 namespace {
 
 void write(fs::path const& path, std::string const& text)
@@ -172,8 +174,6 @@ struct Fixture
 using Kinds = boost::mpl::list<Directory, Website, Git>;
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(project_source_contract)
 
 BOOST_AUTO_TEST_CASE_TEMPLATE(a_project_arrives_with_the_first_line_of_its_world, Kind, Kinds)
 {

@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A project and, beside it, what it must not lead to.
-struct Fixture
+struct TextFilesFixture
 {
-    Fixture()
+    TextFilesFixture()
     {
         fs::create_directories(project / "worlds");
         fs::create_directories(outside);
@@ -29,7 +29,7 @@ struct Fixture
         put(project / "worlds" / "a.wbt", "world");
     }
 
-    ~Fixture() { fs::remove_all(folder); }
+    ~TextFilesFixture() { fs::remove_all(folder); }
 
     static void put(fs::path const& path, std::string const& text) { std::ofstream(path) << text; }
 
@@ -57,7 +57,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(text_files, Fixture)
+BOOST_FIXTURE_TEST_SUITE(text_files, TextFilesFixture)
 
 BOOST_AUTO_TEST_CASE(texts_are_read_and_what_is_missing_is_nothing)
 {

@@ -58,9 +58,9 @@ private:
     std::thread thread_;
 };
 
-struct Fixture
+struct WebsiteSourceFixture
 {
-    Fixture()
+    WebsiteSourceFixture()
     {
         auto name = (fs::temp_directory_path() / "webots_cloud_website_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
@@ -78,7 +78,7 @@ struct Fixture
         order.directory = folder / "instance";
     }
 
-    ~Fixture() { fs::remove_all(folder); }
+    ~WebsiteSourceFixture() { fs::remove_all(folder); }
 
     Failure failure_of(EndlessWebsite const& website)
     {
@@ -103,7 +103,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(website_source, Fixture)
+BOOST_FIXTURE_TEST_SUITE(website_source, WebsiteSourceFixture)
 
 BOOST_AUTO_TEST_CASE(an_answer_without_end_is_cut_at_the_limit)
 {

@@ -16,6 +16,8 @@
 using namespace webots_cloud;
 namespace asio = boost::asio;
 
+BOOST_AUTO_TEST_SUITE(blocking_pool)
+
 namespace {
 
 /// Work that waits until this many threads have begun it.
@@ -81,8 +83,6 @@ int niceness_of(adapters::BlockingPool::Priority priority)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(blocking_pool)
 
 BOOST_AUTO_TEST_CASE(shared_work_is_done_by_as_many_threads_as_are_free)
 {

@@ -14,6 +14,8 @@
 
 using namespace webots_cloud;
 
+BOOST_AUTO_TEST_SUITE(low_latency_scheduling)
+
 namespace {
 
 /// The calling thread's time slice in nanoseconds: the sixth field of sched_getattr(2). 0 where the kernel
@@ -55,8 +57,6 @@ Observed observe(int nice)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(low_latency_scheduling)
 
 BOOST_AUTO_TEST_CASE(turns_become_shorter_where_the_kernel_can_and_threads_it_starts_are_as_before)
 {

@@ -13,6 +13,8 @@
 using namespace webots_cloud;
 using adapters::WorkerThreads;
 
+BOOST_AUTO_TEST_SUITE(worker_threads)
+
 namespace {
 
 std::ptrdiff_t threads_of_this_process()
@@ -21,8 +23,6 @@ std::ptrdiff_t threads_of_this_process()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(worker_threads)
 
 BOOST_AUTO_TEST_CASE(one_thread_does_jobs_in_order)
 {

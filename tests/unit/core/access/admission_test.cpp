@@ -6,9 +6,12 @@
 
 using namespace webots_cloud;
 using core::Admission;
-using Verdict = Admission::Verdict;
 
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Verdict)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(Admission::Verdict)
+
+BOOST_AUTO_TEST_SUITE(admission)
+
+using Verdict = Admission::Verdict;
 
 namespace {
 
@@ -23,8 +26,6 @@ core::AdmissionLimits limits(int simulations, std::size_t per_client)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(admission)
 
 BOOST_AUTO_TEST_CASE(the_machine_is_full_before_a_client_is)
 {

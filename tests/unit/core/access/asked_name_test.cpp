@@ -1,6 +1,8 @@
 #include "core/access/asked_name.hpp"
 #include "unit_test.hpp"
 
+BOOST_AUTO_TEST_SUITE(asked_name_)
+
 namespace {
 
 using namespace webots_cloud;
@@ -14,8 +16,6 @@ PublicAddress address(std::string host, bool port_rewrite)
     address.port_rewrite = port_rewrite;
     return address;
 }
-
-BOOST_AUTO_TEST_SUITE(asked_name_)
 
 BOOST_AUTO_TEST_CASE(a_server_with_a_name_is_reached_there)
 {

@@ -7,6 +7,8 @@
 using namespace webots_cloud;
 using core::ChunkedBody;
 
+BOOST_AUTO_TEST_SUITE(chunked_body)
+
 namespace {
 
 /// What is taken of a text that comes in pieces of this size.
@@ -22,8 +24,6 @@ std::string taken(std::string_view text, std::size_t piece, ChunkedBody& body)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(chunked_body)
 
 BOOST_AUTO_TEST_CASE(a_body_ends_with_its_last_chunk_whatever_follows)
 {

@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using core::IpNetworks;
 
+BOOST_AUTO_TEST_SUITE(client_address)
+
 namespace {
 
 using Fields = std::vector<std::pair<std::string_view, std::string_view>>;
@@ -29,8 +31,6 @@ std::string client_of_forwarded(std::string_view value)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(client_address)
 
 BOOST_AUTO_TEST_CASE(the_rightmost_entry_is_the_client)
 {

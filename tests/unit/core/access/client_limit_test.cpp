@@ -6,11 +6,12 @@
 
 using namespace webots_cloud;
 using core::ClientLimit;
-using Verdict = ClientLimit::Verdict;
 
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Verdict)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(ClientLimit::Verdict)
 
 BOOST_AUTO_TEST_SUITE(client_limit)
+
+using Verdict = ClientLimit::Verdict;
 
 BOOST_AUTO_TEST_CASE(each_client_has_a_limit_of_its_own_and_room_again_when_something_ends)
 {

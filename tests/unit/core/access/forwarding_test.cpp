@@ -5,6 +5,9 @@
 using namespace webots_cloud;
 using core::ForwardingTable;
 
+// Issue 20, item 2.
+BOOST_AUTO_TEST_SUITE(forwarding)
+
 namespace {
 
 ServerSpec server(std::string address, std::string internal)
@@ -38,9 +41,6 @@ std::string found(std::string_view path, std::string_view query = "")
 }
 
 } // namespace
-
-// Issue 20, item 2.
-BOOST_AUTO_TEST_SUITE(forwarding)
 
 BOOST_AUTO_TEST_CASE(a_port_leads_to_its_machine_and_is_taken_away)
 {

@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using core::IpAddress;
 using core::IpNetwork;
 
+BOOST_AUTO_TEST_SUITE(ip_address)
+
 namespace {
 
 IpAddress address(std::string_view text)
@@ -23,8 +25,6 @@ IpNetwork network(std::string_view text)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(ip_address)
 
 BOOST_AUTO_TEST_CASE(addresses_are_read_and_written_in_their_shortest_form)
 {

@@ -8,6 +8,9 @@
 using namespace webots_cloud;
 using core::MachinePaths;
 
+// Issue 24, line 1.
+BOOST_AUTO_TEST_SUITE(machine_paths)
+
 namespace {
 
 /// Not a good one, but it tells apart what the tests have.
@@ -63,9 +66,6 @@ struct Fixture
 };
 
 } // namespace
-
-// Issue 24, line 1.
-BOOST_AUTO_TEST_SUITE(machine_paths)
 
 BOOST_AUTO_TEST_CASE(an_id_has_letters_alone_and_depends_on_address_and_secret)
 {

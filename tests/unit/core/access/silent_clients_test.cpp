@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using core::SilentClients;
 
+BOOST_AUTO_TEST_SUITE(silent_clients)
+
 namespace {
 
 constexpr std::uint64_t nobody = 0;
@@ -16,8 +18,6 @@ std::uint64_t enter(SilentClients& clients, std::uint64_t id, std::string const&
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(silent_clients)
 
 BOOST_AUTO_TEST_CASE(who_has_waited_longest_makes_room_for_who_comes)
 {

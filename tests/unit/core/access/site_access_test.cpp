@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using core::Reach;
 using core::SiteAccess;
 
+BOOST_AUTO_TEST_SUITE(site_access)
+
 namespace {
 
 SiteAccess local(std::vector<std::string> const& names = {})
@@ -19,8 +21,6 @@ SiteAccess with_origins(Reach reach, std::vector<std::string> const& origins)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(site_access)
 
 BOOST_AUTO_TEST_CASE(the_name_of_a_server_says_how_far_it_reaches)
 {

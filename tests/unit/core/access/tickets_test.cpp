@@ -5,6 +5,12 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 using core::TicketBook;
+
+BOOST_TEST_DONT_PRINT_LOG_VALUE(webots_cloud::core::TicketVerdict)
+
+// Issue 20, item 4.
+BOOST_AUTO_TEST_SUITE(tickets)
+
 using Verdict = core::TicketVerdict;
 
 namespace {
@@ -44,11 +50,6 @@ TicketBook book(std::size_t max_used = 100)
 }
 
 } // namespace
-
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Verdict)
-
-// Issue 20, item 4.
-BOOST_AUTO_TEST_SUITE(tickets)
 
 BOOST_AUTO_TEST_CASE(a_ticket_is_accepted_once)
 {

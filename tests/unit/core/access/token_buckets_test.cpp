@@ -5,6 +5,12 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 using core::TokenBuckets;
+
+BOOST_TEST_DONT_PRINT_LOG_VALUE(TokenBuckets::Verdict)
+
+// Issue 16, item 3.
+BOOST_AUTO_TEST_SUITE(token_buckets)
+
 using Verdict = TokenBuckets::Verdict;
 
 namespace {
@@ -26,11 +32,6 @@ std::string stranger(int number)
 }
 
 } // namespace
-
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Verdict)
-
-// Issue 16, item 3.
-BOOST_AUTO_TEST_SUITE(token_buckets)
 
 BOOST_AUTO_TEST_CASE(whether_there_is_a_token_can_be_asked_without_taking_it)
 {

@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(tunnel_group)
+
 namespace {
 
 struct RecordedTunnel final : TunnelGroup::Tunnel
@@ -27,8 +29,6 @@ struct RecordedTunnel final : TunnelGroup::Tunnel
 TimePoint const start = TimePoint(1h);
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(tunnel_group)
 
 BOOST_AUTO_TEST_CASE(closing_ends_each_tunnel_once_and_refuses_new_ones)
 {

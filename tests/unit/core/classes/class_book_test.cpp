@@ -15,6 +15,11 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+BOOST_TEST_DONT_PRINT_LOG_VALUE(SeatRequest)
+
+// Protocol section 13.15.
+BOOST_AUTO_TEST_SUITE(class_book)
+
 namespace {
 
 constexpr std::string_view world = "https://e.org/o/r/blob/main/worlds/a.wbt";
@@ -154,11 +159,6 @@ std::string picture(std::size_t bytes = 100)
 using Texts = std::vector<std::string>;
 
 } // namespace
-
-BOOST_TEST_DONT_PRINT_LOG_VALUE(SeatRequest)
-
-// Protocol section 13.15.
-BOOST_AUTO_TEST_SUITE(class_book)
 
 BOOST_AUTO_TEST_CASE(a_class_from_its_opening_to_its_end)
 {

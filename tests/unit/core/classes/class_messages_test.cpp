@@ -10,6 +10,8 @@
 
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(class_messages)
+
 namespace {
 
 /// The error with which a message is refused; `off`: it is not.
@@ -36,8 +38,6 @@ bool is_object_of(std::string_view text, std::string_view key)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(class_messages)
 
 BOOST_AUTO_TEST_CASE(a_teacher_opens_a_class_and_returns)
 {

@@ -12,6 +12,8 @@ using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 using namespace std::string_view_literals;
 
+BOOST_AUTO_TEST_SUITE(class_pictures)
+
 namespace {
 
 /// What pictures of so many students take in a second, with the frames around them.
@@ -49,8 +51,6 @@ double bits_of_states(std::size_t students)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(class_pictures)
 
 BOOST_AUTO_TEST_CASE(thirty_students_send_two_pictures_a_second_in_2_mbit_s)
 {

@@ -4,6 +4,8 @@
 
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(class_text)
+
 namespace {
 
 /// Bytes in order, beginning with one.
@@ -18,8 +20,6 @@ RandomBytes counting_from(unsigned first)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(class_text)
 
 BOOST_AUTO_TEST_CASE(a_code_has_six_letters_or_digits_that_do_not_look_alike)
 {

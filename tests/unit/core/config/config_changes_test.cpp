@@ -8,6 +8,9 @@
 using namespace webots_cloud;
 using core::keys_for_restart;
 
+// The keys of protocol sections 8.1 and 8.2 at SIGHUP, which is ours.
+BOOST_AUTO_TEST_SUITE(config_changes)
+
 namespace {
 
 using Keys = std::vector<std::string_view>;
@@ -41,9 +44,6 @@ Keys sorted(Keys keys)
 }
 
 } // namespace
-
-// The keys of protocol sections 8.1 and 8.2 at SIGHUP, which is ours.
-BOOST_AUTO_TEST_SUITE(config_changes)
 
 BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addresses)
 {

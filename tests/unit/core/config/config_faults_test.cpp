@@ -4,6 +4,9 @@
 
 using namespace webots_cloud;
 
+// All faults of a configuration at once, each with its line and column.
+BOOST_AUTO_TEST_SUITE(config_faults)
+
 namespace {
 
 std::string simulation_faults(std::string_view text)
@@ -13,9 +16,6 @@ std::string simulation_faults(std::string_view text)
 }
 
 } // namespace
-
-// All faults of a configuration at once, each with its line and column.
-BOOST_AUTO_TEST_SUITE(config_faults)
 
 BOOST_AUTO_TEST_CASE(all_faults_are_told_in_the_order_of_the_file_and_unknown_keys_after_them)
 {

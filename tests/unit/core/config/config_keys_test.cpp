@@ -13,6 +13,8 @@
 using namespace webots_cloud;
 using namespace core;
 
+BOOST_AUTO_TEST_SUITE(config_keys)
+
 namespace {
 
 constexpr ConfigKey two_keys[] = {
@@ -32,8 +34,6 @@ void check_default(Parse parse, ConfigKey const& key, std::string_view others)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(config_keys)
 
 BOOST_AUTO_TEST_CASE(each_key_is_described_once_and_whole)
 {

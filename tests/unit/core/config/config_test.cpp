@@ -9,6 +9,9 @@
 
 using namespace webots_cloud;
 
+// Protocol sections 8.1 and 8.2.
+BOOST_AUTO_TEST_SUITE(config)
+
 namespace {
 
 /// Without lines and columns, which positioned_json_test and config_faults_test are about.
@@ -47,9 +50,6 @@ constexpr std::string_view seed = R"({ "port": 1999, "portRewrite": true, "serve
     "simulationServers": [ "cyberbotics1.epfl.ch/2000" ] })";
 
 } // namespace
-
-// Protocol sections 8.1 and 8.2.
-BOOST_AUTO_TEST_SUITE(config)
 
 BOOST_AUTO_TEST_CASE(the_guides_own_session_configuration_is_read_without_a_warning)
 {

@@ -11,6 +11,8 @@ using namespace webots_cloud::core;
 
 namespace json = boost::json;
 
+BOOST_AUTO_TEST_SUITE(positioned_json)
+
 namespace {
 
 /// "3:7 a sentence", a line each.
@@ -28,8 +30,6 @@ void check_faults(std::string_view text, std::string_view wanted)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(positioned_json)
 
 BOOST_AUTO_TEST_CASE(everything_has_a_place)
 {
@@ -111,7 +111,8 @@ BOOST_AUTO_TEST_CASE(what_has_no_fault_is_what_boost_takes)
                                        "null",  "//x\n",    "'c'",  "\"\\u00e4\"", "#",       "01", "\"",
                                        "\\\"",  "\xc3\xa4", "\x01", "1e400",       "{\"a\":", "[1,"};
     int valid = 0;
-    for (int i = 0; i < 200'000; ++i) {
+    constexpr int tries = is_sanitized ? 20'000 : 200'000;
+    for (int i = 0; i < tries; ++i) {
         std::string text = i % 2 ? "{\"a\":" : "";
         for (auto count = random() % 9; count > 0; --count)
             text += pieces[random() % std::size(pieces)];
@@ -126,7 +127,7 @@ BOOST_AUTO_TEST_CASE(what_has_no_fault_is_what_boost_takes)
         ++valid;
         BOOST_TEST_REQUIRE(json::serialize(read.value) == json::serialize(value), text);
     }
-    BOOST_TEST(valid > 1000);
+    BOOST_TEST(valid > tries / 40);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(session_files)
+
 namespace {
 
 bool has(std::vector<std::filesystem::path> const& paths, std::filesystem::path const& path)
@@ -15,8 +17,6 @@ bool has(std::vector<std::filesystem::path> const& paths, std::filesystem::path 
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(session_files)
 
 BOOST_AUTO_TEST_CASE(what_may_be_renewed_is_reached_by_its_folder)
 {

@@ -7,6 +7,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(simulation_files)
+
 namespace {
 
 bool has(std::vector<std::filesystem::path> const& paths, std::filesystem::path const& path)
@@ -38,8 +40,6 @@ SimulationConfig config()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(simulation_files)
 
 BOOST_AUTO_TEST_CASE(projects_are_written_logs_and_the_cache_and_nothing_that_root_uses)
 {

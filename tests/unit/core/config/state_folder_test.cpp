@@ -4,6 +4,8 @@
 
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(state_folder)
+
 namespace {
 
 using Folders = std::vector<StateFolder>;
@@ -21,8 +23,6 @@ StateFolderContext everything()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(state_folder)
 
 BOOST_AUTO_TEST_CASE(what_the_operator_or_systemd_names_is_the_only_one)
 {

@@ -8,6 +8,8 @@ using core::AnnouncedMachines;
 using core::Announcement;
 using core::AnnouncementVerdict;
 
+BOOST_AUTO_TEST_SUITE(announcements)
+
 namespace {
 
 constexpr TimePoint now{};
@@ -31,8 +33,6 @@ std::string shown(AnnouncedMachines const& machines)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(announcements)
 
 BOOST_AUTO_TEST_CASE(an_announcement_is_a_query)
 {

@@ -7,6 +7,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(machine_list)
+
 namespace {
 
 constexpr std::size_t all = 1000;
@@ -53,8 +55,6 @@ void carry_out(std::vector<ServerChange> const& changes, std::vector<ServerSpec>
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(machine_list)
 
 BOOST_AUTO_TEST_CASE(machines_stand_in_the_order_of_who_names_them_and_of_their_addresses)
 {

@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 using core::NamedMachines;
 
+BOOST_AUTO_TEST_SUITE(named_machines)
+
 namespace {
 
 constexpr TimePoint start{};
@@ -54,8 +56,6 @@ ServerSpec machine_of(std::vector<ServerSpec> const& machines, std::string_view 
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(named_machines)
 
 BOOST_AUTO_TEST_CASE(every_address_is_a_machine_that_is_treated_as_the_entry_says)
 {

@@ -6,6 +6,9 @@
 
 using namespace webots_cloud::core;
 
+// Protocol sections 4.1.3 and 6.4.
+BOOST_AUTO_TEST_SUITE(compose_output)
+
 namespace {
 
 constexpr auto project = "webots-2000-1f3a9c4d-aa-17";
@@ -19,9 +22,6 @@ bool reads(std::string_view line, Source source, std::string_view text)
 }
 
 } // namespace
-
-// Protocol sections 4.1.3 and 6.4.
-BOOST_AUTO_TEST_SUITE(compose_output)
 
 BOOST_AUTO_TEST_CASE(what_the_simulator_prints_is_cut_after_the_bar_in_every_version_of_compose)
 {

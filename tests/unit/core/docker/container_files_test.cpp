@@ -5,6 +5,9 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+// Protocol section 6.3.
+BOOST_AUTO_TEST_SUITE(files_for_containers)
+
 namespace {
 
 using Texts = std::vector<std::optional<std::string>>;
@@ -26,9 +29,6 @@ CompetitionTexts competition()
 }
 
 } // namespace
-
-// Protocol section 6.3.
-BOOST_AUTO_TEST_SUITE(files_for_containers)
 
 BOOST_AUTO_TEST_CASE(of_two_spellings_of_webots_yml_the_first_counts)
 {

@@ -4,6 +4,8 @@
 
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(container_walls)
+
 namespace {
 
 constexpr char const* competition = "# A competition\n"
@@ -25,8 +27,6 @@ constexpr char const* competition = "# A competition\n"
                                     "  project:\n";
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(container_walls)
 
 BOOST_AUTO_TEST_CASE(the_services_of_a_compose_file_are_found)
 {

@@ -5,6 +5,9 @@
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+// Protocol section 6.5, and quirk Q27.
+BOOST_AUTO_TEST_SUITE(docker_leftovers)
+
 namespace {
 
 using Names = std::vector<std::string>;
@@ -44,9 +47,6 @@ ImagePolicy policy()
 }
 
 } // namespace
-
-// Protocol section 6.5, and quirk Q27.
-BOOST_AUTO_TEST_SUITE(docker_leftovers)
 
 BOOST_AUTO_TEST_CASE(servers_on_other_machines_ports_and_folders_have_other_names)
 {

@@ -7,6 +7,9 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+// Protocol section 6.3, and quirks Q5, Q28 and Q29.
+BOOST_AUTO_TEST_SUITE(docker_project)
+
 namespace {
 
 constexpr auto repository = "cyberbotics/webots.cloud";
@@ -45,9 +48,6 @@ std::vector<std::string> arguments(std::initializer_list<char const*> words)
 }
 
 } // namespace
-
-// Protocol section 6.3, and quirks Q5, Q28 and Q29.
-BOOST_AUTO_TEST_SUITE(docker_project)
 
 BOOST_AUTO_TEST_CASE(releases_before_R2023b_run_on_ubuntu_20_04_and_others_on_22_04)
 {

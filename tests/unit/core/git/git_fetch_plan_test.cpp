@@ -20,6 +20,8 @@ using namespace webots_cloud::core;
 using namespace git_action;
 using namespace git_outcome;
 
+BOOST_AUTO_TEST_SUITE(git_fetch_plan)
+
 namespace {
 
 // Commits as addresses name them.
@@ -249,8 +251,6 @@ constexpr std::string_view not_looked_for = "fail: Commit 000100000000 of ann/ro
                                             "tag, or have one made for it.";
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(git_fetch_plan)
 
 BOOST_AUTO_TEST_CASE(the_address_is_resolved_and_looked_for_in_the_cache)
 {
@@ -714,7 +714,7 @@ class Chance
 public:
     std::size_t any(std::size_t count) { return static_cast<std::size_t>(random_() % count); }
 
-    GitCapabilities offer() { return ::offer(any(2) == 0, any(2) == 0, any(2) == 0); }
+    GitCapabilities offer() { return git_fetch_plan::offer(any(2) == 0, any(2) == 0, any(2) == 0); }
 
     /// Whatever there is, also what can't become of any action.
     GitOutcome outcome()

@@ -11,6 +11,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(git_history)
+
 namespace {
 
 GitRef ref(std::string name, int number)
@@ -46,8 +48,6 @@ struct History
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(git_history)
 
 BOOST_AUTO_TEST_CASE(a_commit_has_as_many_parents_as_its_head_says)
 {

@@ -12,6 +12,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(git_lfs)
+
 namespace {
 
 std::string const object(64, 'a');
@@ -52,8 +54,6 @@ std::string why(std::string const& answer)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(git_lfs)
 
 BOOST_AUTO_TEST_CASE(a_pointer_is_understood_in_all_spellings_that_git_lfs_knows)
 {

@@ -11,6 +11,8 @@ using namespace webots_cloud;
 using core::PktLine;
 using core::PktLineDecoder;
 
+BOOST_AUTO_TEST_SUITE(git_pkt_line)
+
 namespace {
 
 /// The frames of a stream that arrives in pieces of `piece` bytes: payloads in brackets, other kinds as their
@@ -36,8 +38,6 @@ std::string frames(std::string_view stream, std::size_t piece)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(git_pkt_line)
 
 BOOST_AUTO_TEST_CASE(a_frame_begins_with_its_length_in_hexadecimal_digits)
 {

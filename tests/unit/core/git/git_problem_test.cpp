@@ -7,6 +7,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::string_literals;
 
+BOOST_AUTO_TEST_SUITE(git_problem_kinds)
+
 namespace {
 
 ProjectRef project()
@@ -19,8 +21,6 @@ ProjectRef project()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(git_problem_kinds)
 
 BOOST_AUTO_TEST_CASE(the_errors_of_git_and_jgit_are_told_apart)
 {

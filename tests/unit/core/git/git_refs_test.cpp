@@ -7,6 +7,9 @@ using namespace webots_cloud;
 using core::GitRef;
 using core::resolve_ref;
 
+// Protocol section 4.1.2, steps 5 to 7, and section 13: refs with slashes, and hashes.
+BOOST_AUTO_TEST_SUITE(git_refs)
+
 namespace {
 
 core::GitObjectId id(char digit)
@@ -30,9 +33,6 @@ std::string resolved(std::string_view path, std::vector<GitRef> const& refs)
 }
 
 } // namespace
-
-// Protocol section 4.1.2, steps 5 to 7, and section 13: refs with slashes, and hashes.
-BOOST_AUTO_TEST_SUITE(git_refs)
 
 BOOST_AUTO_TEST_CASE(what_follows_the_branch_is_the_folder)
 {

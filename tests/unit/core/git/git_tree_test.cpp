@@ -11,6 +11,9 @@
 
 using namespace webots_cloud;
 using namespace webots_cloud::core;
+
+BOOST_AUTO_TEST_SUITE(git_tree)
+
 using Kind = GitTreeEntry::Kind;
 
 namespace {
@@ -64,8 +67,6 @@ struct Repository
 std::string const forbidden = "The project has a file with a forbidden name: ";
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(git_tree)
 
 BOOST_AUTO_TEST_CASE(entries_have_a_kind_a_name_and_an_id)
 {

@@ -4,6 +4,9 @@
 
 using namespace webots_cloud;
 
+// Protocol section 3, a case a row.
+BOOST_AUTO_TEST_SUITE(poll_table)
+
 namespace {
 
 constexpr double threshold = 95;
@@ -31,9 +34,6 @@ std::string order_of(core::LoadTable const& table)
 }
 
 } // namespace
-
-// Protocol section 3, a case a row.
-BOOST_AUTO_TEST_SUITE(poll_table)
 
 BOOST_AUTO_TEST_CASE(the_first_failure_is_news_and_the_second_is_not)
 {

@@ -7,7 +7,7 @@ using core::LogBudget;
 
 namespace {
 
-struct Fixture
+struct LogBudgetFixture
 {
     bool take(LogCause const& cause, std::string_view line, LogLevel level = LogLevel::error)
     {
@@ -32,7 +32,7 @@ struct Fixture
 
 } // namespace
 
-BOOST_FIXTURE_TEST_SUITE(log_budget, Fixture)
+BOOST_FIXTURE_TEST_SUITE(log_budget, LogBudgetFixture)
 
 BOOST_AUTO_TEST_CASE(a_client_gets_ten_lines_and_then_one_a_minute_with_their_number)
 {

@@ -5,6 +5,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Protocol section 10, and RFC 5322.
+BOOST_AUTO_TEST_SUITE(mail_message)
+
 namespace {
 
 constexpr auto new_year = WallTime(std::chrono::sys_days(std::chrono::year(2026) / 1 / 1));
@@ -18,9 +21,6 @@ Notice notice(std::string subject, std::string text)
 }
 
 } // namespace
-
-// Protocol section 10, and RFC 5322.
-BOOST_AUTO_TEST_SUITE(mail_message)
 
 BOOST_AUTO_TEST_CASE(a_message_has_the_headers_that_mail_systems_expect_and_crlf)
 {

@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(news_digest)
+
 namespace {
 
 constexpr TimePoint start = TimePoint(100h);
@@ -17,8 +19,6 @@ core::News change(std::string sentence = "it changed")
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(news_digest)
 
 BOOST_AUTO_TEST_CASE(a_fall_and_its_end_are_told_at_once)
 {

@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(notice_queue)
+
 namespace {
 
 constexpr TimePoint start = TimePoint(100h);
@@ -15,8 +17,6 @@ Notice notice(int number)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(notice_queue)
 
 BOOST_AUTO_TEST_CASE(notices_leave_in_order_as_soon_as_they_come)
 {

@@ -5,6 +5,9 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
+// Protocol section 10.
+BOOST_AUTO_TEST_SUITE(notification)
+
 namespace {
 
 constexpr auto noon = WallTime(std::chrono::sys_days(std::chrono::year(2026) / 2 / 28) + 12h + 3min + 4s);
@@ -24,9 +27,6 @@ core::News news(LoadTransition transition, double load = 0)
 }
 
 } // namespace
-
-// Protocol section 10.
-BOOST_AUTO_TEST_SUITE(notification)
 
 BOOST_AUTO_TEST_CASE(the_first_failed_poll_is_mailed_as_not_responding)
 {

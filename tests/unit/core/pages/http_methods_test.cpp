@@ -6,6 +6,8 @@
 
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(http_methods)
+
 namespace {
 
 /// Those of the methods of HTTP that are permitted.
@@ -20,8 +22,6 @@ std::string permitted(Methods methods)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(http_methods)
 
 BOOST_AUTO_TEST_CASE(what_allow_names_is_what_is_permitted)
 {

@@ -9,6 +9,9 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+// Protocol section 9.3: ten minutes.
+BOOST_AUTO_TEST_SUITE(load_history)
+
 namespace {
 
 constexpr TimePoint start(1h);
@@ -31,9 +34,6 @@ struct OneSeries
 };
 
 } // namespace
-
-// Protocol section 9.3: ten minutes.
-BOOST_AUTO_TEST_SUITE(load_history)
 
 BOOST_AUTO_TEST_CASE(points_come_back_oldest_first)
 {

@@ -8,6 +8,9 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+// Protocol sections 2.3, 2.4, 4.4, 9.3 and quirk Q24.
+BOOST_AUTO_TEST_SUITE(monitor_page)
+
 namespace {
 
 /// Of servers that answer with these loads, one that does not, and one that was not asked yet.
@@ -39,9 +42,6 @@ bool contains(std::string const& page, std::string_view text)
 }
 
 } // namespace
-
-// Protocol sections 2.3, 2.4, 4.4, 9.3 and quirk Q24.
-BOOST_AUTO_TEST_SUITE(monitor_page)
 
 BOOST_AUTO_TEST_CASE(the_mean_load_is_over_servers_that_are_up)
 {

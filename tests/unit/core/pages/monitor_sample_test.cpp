@@ -7,6 +7,9 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+// Protocol section 9.2.
+BOOST_AUTO_TEST_SUITE(monitor_sample)
+
 namespace {
 
 constexpr WallTime wall(1'700'000'000s);
@@ -28,9 +31,6 @@ MonitorSample sample()
 }
 
 } // namespace
-
-// Protocol section 9.2.
-BOOST_AUTO_TEST_SUITE(monitor_sample)
 
 BOOST_AUTO_TEST_CASE(the_csv_is_as_it_has_always_been)
 {

@@ -12,6 +12,9 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+// Protocol section 2.4, live.
+BOOST_AUTO_TEST_SUITE(session_board)
+
 namespace {
 
 constexpr TimePoint start(1h);
@@ -87,9 +90,6 @@ struct Fixture
 };
 
 } // namespace
-
-// Protocol section 2.4, live.
-BOOST_AUTO_TEST_SUITE(session_board)
 
 BOOST_AUTO_TEST_CASE(rows_say_what_is_known_and_nothing_more)
 {

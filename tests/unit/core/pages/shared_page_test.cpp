@@ -7,6 +7,8 @@ using namespace std::chrono_literals;
 using core::SharedPage;
 using core::TimedPage;
 
+BOOST_AUTO_TEST_SUITE(shared_page)
+
 namespace {
 
 std::string header(HttpResponse const& response, std::string_view name)
@@ -18,8 +20,6 @@ std::string header(HttpResponse const& response, std::string_view name)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(shared_page)
 
 BOOST_AUTO_TEST_CASE(all_who_ask_share_one_body)
 {

@@ -5,6 +5,9 @@
 using namespace webots_cloud;
 using namespace webots_cloud::placement;
 
+// Protocol section 13.4.
+BOOST_AUTO_TEST_SUITE(drained_machines)
+
 using Outcome = DrainedMachines::Outcome;
 
 namespace {
@@ -29,9 +32,6 @@ DrainedMachines two_machines()
 }
 
 } // namespace
-
-// Protocol section 13.4.
-BOOST_AUTO_TEST_SUITE(drained_machines)
 
 BOOST_AUTO_TEST_CASE(an_order_names_one_machine)
 {

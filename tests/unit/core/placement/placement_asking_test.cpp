@@ -7,6 +7,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::placement_test;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(placement_asking)
+
 namespace {
 
 constexpr auto fresh = 100ms;
@@ -36,8 +38,6 @@ struct Shared : Fixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_asking)
 
 BOOST_AUTO_TEST_CASE(where_nobody_else_places_nobody_is_asked)
 {

@@ -7,6 +7,8 @@
 using namespace webots_cloud;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_decision)
+
 namespace {
 
 TimePoint const start = TimePoint(std::chrono::hours(1));
@@ -41,8 +43,6 @@ Scheduler busy_fleet(std::string policy, std::size_t size, SchedulingPolicy cust
 TimePoint const after = start + seconds(11);
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_decision)
 
 BOOST_AUTO_TEST_CASE(every_decision_can_be_replayed_from_its_record)
 {

@@ -7,6 +7,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::placement;
 
+BOOST_AUTO_TEST_SUITE(placement_estimate)
+
 namespace {
 
 TimePoint const start = TimePoint(std::chrono::hours(1));
@@ -26,8 +28,6 @@ double learned(double assumed, double cost, Disturbance disturb)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_estimate)
 
 BOOST_AUTO_TEST_CASE(the_cost_of_a_session_is_learned_whatever_was_assumed)
 {

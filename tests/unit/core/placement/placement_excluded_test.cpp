@@ -7,6 +7,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::placement_test;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_excluded)
+
 namespace {
 
 PlacementRequest without(std::vector<std::string> excluded)
@@ -49,8 +51,6 @@ struct Seats : Fixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_excluded)
 
 BOOST_FIXTURE_TEST_CASE(nobody_goes_to_a_machine_that_is_excluded, Seats)
 {

@@ -9,6 +9,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::placement_test;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_held)
+
 namespace {
 
 LoadReport seated(int capacity, int sessions = 0, double load = 0)
@@ -29,8 +31,6 @@ struct Seats : Fixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_held)
 
 BOOST_FIXTURE_TEST_CASE(free_seats_are_the_capacity_less_sessions_and_placements, Seats)
 {

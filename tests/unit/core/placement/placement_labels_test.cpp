@@ -7,6 +7,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::placement_test;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_labels)
+
 namespace {
 
 PlacementRequest needing(std::vector<std::string> labels)
@@ -42,8 +44,6 @@ struct Labelled : Fixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_labels)
 
 BOOST_FIXTURE_TEST_CASE(a_session_goes_only_where_all_of_its_labels_are, Labelled)
 {

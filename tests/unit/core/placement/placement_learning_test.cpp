@@ -9,6 +9,8 @@ using namespace webots_cloud::placement_test;
 using boost::test_tools::tolerance;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_learning)
+
 namespace {
 
 /// A machine on which sessions come and go every minute for an hour; `load_of` tells how loaded it is with
@@ -35,8 +37,6 @@ double variety(Candidate const& machine)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_learning)
 
 BOOST_FIXTURE_TEST_CASE(a_machine_learns_what_its_sessions_cost, OneMachine)
 {

@@ -6,6 +6,8 @@ using namespace webots_cloud::placement_test;
 using boost::test_tools::tolerance;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_level)
+
 namespace {
 
 /// One machine that has not reported yet; `after` is the load that the scheduler assumes after a report.
@@ -27,8 +29,6 @@ struct BareLevel : Level
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_level)
 
 BOOST_FIXTURE_TEST_CASE(small_differences_are_noise_and_smoothed, Level)
 {

@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::placement_test;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_list)
+
 namespace {
 
 std::string order_of(Scheduler const& scheduler, TimePoint now = start)
@@ -87,8 +89,6 @@ struct ChangingFleet
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_list)
 
 BOOST_FIXTURE_TEST_CASE(machines_come_and_go_one_by_one_and_nothing_happens_to_the_others, Fixture)
 {

@@ -8,6 +8,8 @@
 using namespace webots_cloud;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_policy)
+
 namespace {
 
 TimePoint const start = TimePoint(std::chrono::hours(1));
@@ -96,8 +98,6 @@ std::array<int, 3> choices(Described const& snapshot)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_policy)
 
 BOOST_AUTO_TEST_CASE(least_reported_sends_everybody_to_one_machine)
 {

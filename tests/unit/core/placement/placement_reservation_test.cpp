@@ -5,6 +5,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::placement_test;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_reservation)
+
 namespace {
 
 /// A machine that counts arrivals since it is up; none is starting.
@@ -18,8 +20,6 @@ LoadReport exact(double load, int arrivals, int failed, int departures)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_reservation)
 
 BOOST_FIXTURE_TEST_CASE(a_report_that_counts_the_session_confirms_its_placement, OneMachine)
 {

@@ -7,6 +7,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::placement_test;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(placement_warm)
+
 namespace {
 
 constexpr std::string_view world = "https://github.com/o/r/blob/main/worlds/w.wbt";
@@ -40,8 +42,6 @@ struct Warm : Fixture
 };
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(placement_warm)
 
 BOOST_FIXTURE_TEST_CASE(of_equal_machines_the_one_that_has_the_project_is_chosen, Warm)
 {

@@ -13,6 +13,8 @@ using std::chrono::hours;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
+BOOST_AUTO_TEST_SUITE(world_costs)
+
 namespace {
 
 std::string address(std::string const& repository, std::string const& world)
@@ -55,8 +57,6 @@ struct Fleet
 auto const within = boost::test_tools::tolerance(0.15);
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(world_costs)
 
 BOOST_AUTO_TEST_CASE(keys_are_equal_for_equal_addresses_and_modes_only)
 {

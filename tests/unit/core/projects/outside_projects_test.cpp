@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(outside_projects)
+
 namespace {
 
 SimulationWalls all_walls()
@@ -17,8 +19,6 @@ SimulationWalls all_walls()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(outside_projects)
 
 BOOST_AUTO_TEST_CASE(containers_and_a_whole_sandbox_are_enough)
 {

@@ -4,6 +4,9 @@
 
 using namespace webots_cloud;
 
+// Protocol 6.3.
+BOOST_AUTO_TEST_SUITE(project_needs)
+
 using Labels = std::vector<std::string>;
 
 namespace {
@@ -16,9 +19,6 @@ Labels labels_of(std::string_view text)
 }
 
 } // namespace
-
-// Protocol 6.3.
-BOOST_AUTO_TEST_SUITE(project_needs)
 
 BOOST_AUTO_TEST_CASE(a_project_names_labels_in_its_webots_yml)
 {

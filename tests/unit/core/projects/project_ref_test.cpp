@@ -4,6 +4,9 @@
 
 using namespace webots_cloud;
 
+// Protocol section 4.1.2, steps 2 and 5, section 13 (forges), and quirks Q5 and Q25.
+BOOST_AUTO_TEST_SUITE(world_url)
+
 namespace {
 
 std::vector<std::string> const forges{"https://github.com", "http://localhost:8080/git"};
@@ -17,9 +20,6 @@ std::string refusal_of(std::string_view url)
 }
 
 } // namespace
-
-// Protocol section 4.1.2, steps 2 and 5, section 13 (forges), and quirks Q5 and Q25.
-BOOST_AUTO_TEST_SUITE(world_url)
 
 BOOST_AUTO_TEST_CASE(a_world_at_the_root_of_a_repository)
 {

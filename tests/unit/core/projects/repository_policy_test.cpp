@@ -5,6 +5,9 @@
 using namespace webots_cloud::core;
 using webots_cloud::RefMeaning;
 
+// Protocol section 4.1.2, step 3, and quirk Q17.
+BOOST_AUTO_TEST_SUITE(repository_policy)
+
 namespace {
 
 ForgeOfWorld const github("https://github.com", RefMeaning::git);
@@ -21,9 +24,6 @@ RepositoryPolicy sharing()
 }
 
 } // namespace
-
-// Protocol section 4.1.2, step 3, and quirk Q17.
-BOOST_AUTO_TEST_SUITE(repository_policy)
 
 BOOST_AUTO_TEST_CASE(an_allowed_prefix_covers_whole_segments_only)
 {

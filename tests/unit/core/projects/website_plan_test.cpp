@@ -5,6 +5,9 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+// Protocol sections 5.2 and 5.3.
+BOOST_AUTO_TEST_SUITE(website_plan)
+
 namespace {
 
 WebsiteProject project()
@@ -17,9 +20,6 @@ WebsiteProject project()
 }
 
 } // namespace
-
-// Protocol sections 5.2 and 5.3.
-BOOST_AUTO_TEST_SUITE(website_plan)
 
 BOOST_AUTO_TEST_CASE(a_visitor_gets_the_template_and_the_website_is_not_asked)
 {

@@ -4,6 +4,9 @@
 
 using namespace webots_cloud;
 
+// Protocol section 5.1.
+BOOST_AUTO_TEST_SUITE(website_project)
+
 namespace {
 
 using Elements = std::vector<std::string>;
@@ -25,9 +28,6 @@ std::string complaint(Elements const& elements)
 }
 
 } // namespace
-
-// Protocol section 5.1.
-BOOST_AUTO_TEST_SUITE(website_project)
 
 BOOST_AUTO_TEST_CASE(nine_elements_are_host_project_world_two_users_and_custom_data)
 {

@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using core::check_zip_directory;
 
+BOOST_AUTO_TEST_SUITE(zip_directory)
+
 namespace {
 
 std::string number(std::uint64_t value, int bytes)
@@ -38,8 +40,6 @@ result<> check(std::string const& file, std::uint32_t max_entries = 100)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(zip_directory)
 
 BOOST_AUTO_TEST_CASE(a_list_right_before_the_end_is_accepted)
 {

@@ -6,6 +6,9 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+// Protocol sections 4.1.3 and 13.16.
+BOOST_AUTO_TEST_SUITE(machine_conversation)
+
 namespace {
 
 constexpr bool ours = true;
@@ -17,9 +20,6 @@ MachineConversation conversation(bool is_ours = ours, RelayOptions options = Rel
 }
 
 } // namespace
-
-// Protocol sections 4.1.3 and 13.16.
-BOOST_AUTO_TEST_SUITE(machine_conversation)
 
 BOOST_AUTO_TEST_CASE(what_a_machine_says_goes_to_the_browser)
 {

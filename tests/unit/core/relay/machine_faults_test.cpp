@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(machine_faults)
+
 namespace {
 
 TimePoint at(Duration time)
@@ -14,8 +16,6 @@ TimePoint at(Duration time)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(machine_faults)
 
 BOOST_AUTO_TEST_CASE(a_silent_machine_rests_for_longer_each_time_and_a_minute_at_most)
 {

@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(machine_questions)
+
 using Askers = std::vector<MachineQuestions::Asker>;
 
 namespace {
@@ -18,8 +20,6 @@ bool is(MachineQuestions::Verdict one, MachineQuestions::Verdict other)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(machine_questions)
 
 BOOST_AUTO_TEST_CASE(however_many_wait_for_its_answer_a_machine_is_asked_once)
 {

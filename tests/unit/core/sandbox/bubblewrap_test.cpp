@@ -6,6 +6,8 @@
 
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(bubblewrap)
+
 namespace {
 
 using Words = std::vector<std::string>;
@@ -37,8 +39,6 @@ bool has(Words const& command, Words const& words)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(bubblewrap)
 
 BOOST_AUTO_TEST_CASE(the_simulator_is_run_as_it_would_be_without)
 {

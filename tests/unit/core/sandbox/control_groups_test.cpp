@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(control_groups)
+
 namespace {
 
 constexpr std::string_view both_versions =
@@ -24,8 +26,6 @@ std::string file(std::vector<GroupFile> const& files, std::string_view name)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(control_groups)
 
 BOOST_AUTO_TEST_CASE(a_hierarchy_of_version_1_goes_before_that_of_version_2)
 {

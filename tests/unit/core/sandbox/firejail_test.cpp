@@ -7,6 +7,8 @@
 
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(firejail)
+
 namespace {
 
 using Words = std::vector<std::string>;
@@ -46,8 +48,6 @@ Visible webots_and_a_project()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(firejail)
 
 BOOST_AUTO_TEST_CASE(folders_that_are_not_the_systems_are_hidden)
 {

@@ -7,6 +7,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(limits)
+
 namespace {
 
 constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
@@ -37,8 +39,6 @@ bool contains(std::string const& text, std::string_view part)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(limits)
 
 BOOST_AUTO_TEST_CASE(without_keys_a_simulation_gets_a_share_of_the_machine_that_webots_can_work_with)
 {

@@ -4,6 +4,8 @@
 
 using webots_cloud::core::internet_only_rules;
 
+BOOST_AUTO_TEST_SUITE(network_rules)
+
 namespace {
 
 bool has_line(std::string const& rules, std::string const& line)
@@ -12,8 +14,6 @@ bool has_line(std::string const& rules, std::string const& line)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(network_rules)
 
 BOOST_AUTO_TEST_CASE(private_networks_and_this_machine_are_unreachable)
 {

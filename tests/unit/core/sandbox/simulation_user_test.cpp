@@ -7,6 +7,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(simulation_user)
+
 namespace {
 
 using Kind = SimulationUser::Kind;
@@ -36,8 +38,6 @@ result<SimulationUser> choose(std::string_view configured, std::uint32_t server,
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(simulation_user)
 
 BOOST_AUTO_TEST_CASE(roots_simulations_are_numbers_of_their_own_where_no_user_is_named)
 {

@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(subordinate_range)
+
 namespace {
 
 result<SubordinateRange> find(std::string_view users, std::string_view groups,
@@ -29,8 +31,6 @@ std::string refusal(std::string_view users, std::string_view groups)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(subordinate_range)
 
 BOOST_AUTO_TEST_CASE(a_range_is_found_by_name_or_number)
 {

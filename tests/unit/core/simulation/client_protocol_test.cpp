@@ -4,6 +4,9 @@
 
 using namespace webots_cloud::core;
 
+// Protocol section 4.1.
+BOOST_AUTO_TEST_SUITE(client_protocol)
+
 namespace {
 
 StartMessage const& start_of(ClientMessage const& message)
@@ -12,9 +15,6 @@ StartMessage const& start_of(ClientMessage const& message)
 }
 
 } // namespace
-
-// Protocol section 4.1.
-BOOST_AUTO_TEST_SUITE(client_protocol)
 
 // Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(the_shipped_clients_start_messages_are_understood)

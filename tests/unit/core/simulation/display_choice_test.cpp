@@ -3,6 +3,10 @@
 #include "core/simulation/display_choice.hpp"
 
 using namespace webots_cloud::core;
+
+// Protocol section 6.1: `DISPLAY`, and `xhost`.
+BOOST_AUTO_TEST_SUITE(display_choice)
+
 using Kind = DisplayChoice::Kind;
 
 namespace {
@@ -17,9 +21,6 @@ DisplayChoice choice(std::string configured, std::string display, std::string ss
 }
 
 } // namespace
-
-// Protocol section 6.1: `DISPLAY`, and `xhost`.
-BOOST_AUTO_TEST_SUITE(display_choice)
 
 BOOST_AUTO_TEST_CASE(the_configuration_comes_before_the_environment)
 {

@@ -5,6 +5,8 @@
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
+BOOST_AUTO_TEST_SUITE(isolation)
+
 namespace {
 
 bool says(std::string const& sentence, std::string_view words)
@@ -13,8 +15,6 @@ bool says(std::string const& sentence, std::string_view words)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(isolation)
 
 BOOST_AUTO_TEST_CASE(what_the_guard_says_is_understood)
 {

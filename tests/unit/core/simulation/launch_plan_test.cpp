@@ -4,6 +4,9 @@
 
 using namespace webots_cloud::core;
 
+// Protocol sections 6.1 and 6.2, and quirk Q22.
+BOOST_AUTO_TEST_SUITE(launch_plan)
+
 namespace {
 
 std::string joined(std::vector<std::string> const& argv)
@@ -15,9 +18,6 @@ std::string joined(std::vector<std::string> const& argv)
 }
 
 } // namespace
-
-// Protocol sections 6.1 and 6.2, and quirk Q22.
-BOOST_AUTO_TEST_SUITE(launch_plan)
 
 BOOST_AUTO_TEST_CASE(without_a_mode_webots_runs_minimised_with_a_bare_stream_option)
 {

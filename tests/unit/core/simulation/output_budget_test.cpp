@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 using core::OutputBudget;
 
+BOOST_AUTO_TEST_SUITE(output_budget)
+
 namespace {
 
 TimePoint const start = TimePoint() + 1h;
@@ -20,8 +22,6 @@ int passed(OutputBudget& budget, int count, TimePoint now)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(output_budget)
 
 BOOST_AUTO_TEST_CASE(a_simulator_that_prints_moderately_loses_nothing)
 {

@@ -10,15 +10,17 @@ using namespace webots_cloud;
 using core::SimulationLife;
 using namespace std::chrono_literals;
 
+BOOST_TEST_DONT_PRINT_LOG_VALUE(SimulationLife::Action)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(SimulationLife::Loss)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(SimulationLife::Stage)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(SimulationLife::State)
+
+BOOST_AUTO_TEST_SUITE(simulation_life)
+
 using Action = SimulationLife::Action;
 using Loss = SimulationLife::Loss;
 using Stage = SimulationLife::Stage;
 using State = SimulationLife::State;
-
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Action)
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Loss)
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Stage)
-BOOST_TEST_DONT_PRINT_LOG_VALUE(State)
 
 namespace {
 
@@ -84,8 +86,6 @@ std::ostream& operator<<(std::ostream& out, Row const& row)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(simulation_life)
 
 BOOST_AUTO_TEST_CASE(a_start_goes_through_its_stages_and_each_is_timed)
 {

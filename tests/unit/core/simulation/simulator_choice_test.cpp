@@ -7,6 +7,9 @@
 using namespace webots_cloud;
 using core::choose_simulator;
 
+// Protocol section 6.1, and `webotsHome` of section 8.2.
+BOOST_AUTO_TEST_SUITE(simulator_choice)
+
 namespace {
 
 std::function<bool(std::filesystem::path const&)> only(std::set<std::string> programs)
@@ -17,9 +20,6 @@ std::function<bool(std::filesystem::path const&)> only(std::set<std::string> pro
 }
 
 } // namespace
-
-// Protocol section 6.1, and `webotsHome` of section 8.2.
-BOOST_AUTO_TEST_SUITE(simulator_choice)
 
 BOOST_AUTO_TEST_CASE(the_configured_webots_comes_first)
 {

@@ -7,6 +7,9 @@
 
 using namespace webots_cloud::core;
 
+// Protocol section 6.1: the Python server passes on all of its environment.
+BOOST_AUTO_TEST_SUITE(the_simulators_environment)
+
 namespace {
 
 using Entries = std::vector<std::string>;
@@ -27,9 +30,6 @@ std::optional<std::string> passed(std::string const& name, std::string const& va
 }
 
 } // namespace
-
-// Protocol section 6.1: the Python server passes on all of its environment.
-BOOST_AUTO_TEST_SUITE(the_simulators_environment)
 
 BOOST_AUTO_TEST_CASE(what_webots_drivers_languages_and_networks_need_is_passed_on)
 {

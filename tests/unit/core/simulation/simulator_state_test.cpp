@@ -10,13 +10,15 @@ using namespace webots_cloud;
 using core::SimulatorState;
 using namespace std::chrono_literals;
 
+BOOST_TEST_DONT_PRINT_LOG_VALUE(SimulatorState::Due)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(SimulatorState::Heartbeat)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(SimulatorState::State)
+
+BOOST_AUTO_TEST_SUITE(simulator_state)
+
 using Due = SimulatorState::Due;
 using Heartbeat = SimulatorState::Heartbeat;
 using State = SimulatorState::State;
-
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Due)
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Heartbeat)
-BOOST_TEST_DONT_PRINT_LOG_VALUE(State)
 
 namespace {
 
@@ -81,8 +83,6 @@ SimulatorState after(std::vector<std::string_view> const& events)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(simulator_state)
 
 BOOST_AUTO_TEST_CASE(each_event_leads_to_one_state_and_one_deadline)
 {

@@ -6,6 +6,9 @@
 
 using namespace webots_cloud;
 
+// Protocol 4.1.5.
+BOOST_AUTO_TEST_SUITE(start_refusal)
+
 using Step = core::StartStep;
 using Refusal = core::StartRefusal;
 
@@ -26,9 +29,6 @@ std::vector<errc> codes_of(Step step, Refusal refusal)
 }
 
 } // namespace
-
-// Protocol 4.1.5.
-BOOST_AUTO_TEST_SUITE(start_refusal)
 
 BOOST_AUTO_TEST_CASE(a_machine_that_takes_no_start_speaks_for_itself_but_of_wrong_addresses)
 {

@@ -6,6 +6,9 @@
 
 using namespace webots_cloud::core;
 
+// Protocol section 6.4.
+BOOST_AUTO_TEST_SUITE(webots_output)
+
 namespace {
 
 std::vector<std::string> lines_of(std::vector<std::string> const& chunks)
@@ -20,9 +23,6 @@ std::vector<std::string> lines_of(std::vector<std::string> const& chunks)
 }
 
 } // namespace
-
-// Protocol section 6.4.
-BOOST_AUTO_TEST_SUITE(webots_output)
 
 BOOST_AUTO_TEST_CASE(lines_are_found_however_the_bytes_arrive)
 {

@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(cluster_tables)
+
 namespace {
 
 using Words = std::vector<std::string>;
@@ -21,8 +23,6 @@ constexpr auto printed_queue = "12|PENDING|Priority|1800|theirs|with|bars\n"
 WallTime const now{1'000'000s};
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(cluster_tables)
 
 BOOST_AUTO_TEST_CASE(jobs_are_read)
 {

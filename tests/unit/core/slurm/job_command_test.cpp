@@ -6,6 +6,8 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
+BOOST_AUTO_TEST_SUITE(job_command)
+
 namespace {
 
 using Words = std::vector<std::string>;
@@ -24,8 +26,6 @@ SlurmConfig with_overrides()
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(job_command)
 
 BOOST_AUTO_TEST_CASE(a_job_asks_for_what_the_operator_says)
 {

@@ -3,9 +3,12 @@
 #include "core/slurm/job_output.hpp"
 
 using namespace webots_cloud::core;
-using Line = JobOutput::Line;
 
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Line)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(JobOutput::Line)
+
+BOOST_AUTO_TEST_SUITE(job_output)
+
+using Line = JobOutput::Line;
 
 namespace {
 
@@ -21,8 +24,6 @@ std::string reason_of(std::string_view line, bool runs = true)
 }
 
 } // namespace
-
-BOOST_AUTO_TEST_SUITE(job_output)
 
 BOOST_AUTO_TEST_CASE(a_job_waits_runs_and_listens)
 {

@@ -12,6 +12,9 @@ using namespace std::chrono_literals;
 using core::WaitEstimate;
 using core::WaitRange;
 
+// Issue 22, item 3.
+BOOST_AUTO_TEST_SUITE(wait_estimate)
+
 namespace {
 
 constexpr TimePoint start{1000h};
@@ -37,9 +40,6 @@ WaitEstimate after(int departures, TimePoint& now)
 }
 
 } // namespace
-
-// Issue 22, item 3.
-BOOST_AUTO_TEST_SUITE(wait_estimate)
 
 BOOST_AUTO_TEST_CASE(before_five_departures_there_is_none)
 {

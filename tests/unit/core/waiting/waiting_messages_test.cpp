@@ -10,6 +10,9 @@ using core::SiteState;
 using core::WaitRange;
 using core::WaitReason;
 
+// Issue 22, item 3.
+BOOST_AUTO_TEST_SUITE(waiting_messages)
+
 namespace {
 
 std::string sentence(Duration least, Duration most)
@@ -21,9 +24,6 @@ std::string sentence(Duration least, Duration most)
 }
 
 } // namespace
-
-// Issue 22, item 3.
-BOOST_AUTO_TEST_SUITE(waiting_messages)
 
 BOOST_AUTO_TEST_CASE(every_browser_hears_how_many_are_ahead)
 {

@@ -13,6 +13,12 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 using core::WaitingRoom;
 using core::WaitingRoomParams;
+
+BOOST_TEST_DONT_PRINT_LOG_VALUE(webots_cloud::core::WaitingRoom::Verdict)
+
+// Issue 22, item 3.
+BOOST_AUTO_TEST_SUITE(waiting_room)
+
 using Verdict = core::WaitingRoom::Verdict;
 
 namespace {
@@ -88,11 +94,6 @@ std::string group(int number)
 }
 
 } // namespace
-
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Verdict)
-
-// Issue 22, item 3.
-BOOST_AUTO_TEST_SUITE(waiting_room)
 
 BOOST_AUTO_TEST_CASE(who_comes_first_is_first)
 {

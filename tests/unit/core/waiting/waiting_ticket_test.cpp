@@ -10,6 +10,9 @@ using namespace std::chrono_literals;
 using core::WaitingTicket;
 using core::WaitingTickets;
 
+// Issue 22, item 3.
+BOOST_AUTO_TEST_SUITE(waiting_ticket)
+
 namespace {
 
 constexpr WallTime noon{std::chrono::hours(400'000)};
@@ -55,9 +58,6 @@ bool is_usable(WallTime rank, WallTime issued, WallTime now = noon)
 }
 
 } // namespace
-
-// Issue 22, item 3.
-BOOST_AUTO_TEST_SUITE(waiting_ticket)
 
 BOOST_AUTO_TEST_CASE(what_is_made_can_be_read)
 {
