@@ -159,7 +159,7 @@ void ClientRelay::tell_refusal(Browser& browser)
     auto const* const refusals = browser.refusals.get();
     if (!refusals || refusals->last_word.empty())
         return refuse(browser, relay::no_server);
-    (void)browser.channel.send(refusals->last_word);
+    (void)browser.channel.send(core::error_message(refusals->last_word));
     browser.channel.close();
 }
 

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::string_view refusal_prefix = "refusal: ";
 constexpr std::string_view needs_prefix = "needs ";
-constexpr std::string_view error_prefix = "loading: Error: ";
 constexpr std::string_view heartbeat_prefix = "heartbeat: ";
 constexpr std::string_view ready_prefix = "webots:";
 constexpr std::string_view token_prefix = "reconnectToken: ";
@@ -90,7 +89,8 @@ MachineConversation::Step MachineConversation::take_refusal(std::string_view why
 MachineConversation::Step MachineConversation::take_error(std::string_view message)
 {
     auto refusal = announced_;
-    if (refusal == MachineRefusal::none && !is_ours_ && concerns_machine(message.substr(error_prefix.size())))
+    auto const sentence = message.substr(error_prefix.size());
+    if (refusal == MachineRefusal::none && !is_ours_ && concerns_machine(sentence))
         refusal = MachineRefusal::machine;
     Step step;
     step.refusal = refusal;
@@ -98,7 +98,7 @@ MachineConversation::Step MachineConversation::take_error(std::string_view messa
     if (refusal == MachineRefusal::none)
         step.for_browser = message;
     else
-        last_word_ = message;
+        last_word_ = sentence;
     return step;
 }
 

@@ -51,7 +51,7 @@ public:
     /// With `MachineRefusal::needs`.
     std::vector<std::string> const& needs() const noexcept { return needs_; }
 
-    /// The machine's sentence, as browsers are told it, once it has refused; empty: it said none.
+    /// The machine's sentence, once it has refused; empty: it said none.
     std::string const& last_word() const noexcept { return last_word_; }
 
 private:

@@ -167,7 +167,7 @@ std::string world_of(SimulationRequest const& request)
 
 std::string error_message(std::string_view text)
 {
-    return concat("loading: Error: ", text);
+    return concat(error_prefix, text);
 }
 
 std::string loading_message(std::string_view text)

@@ -103,6 +103,9 @@ inline constexpr std::uint16_t taken_over_code = 4001;
 /// The requested world, as the browser wrote it.
 std::string world_of(SimulationRequest const& request);
 
+/// What begins the message that refuses a start, or ends it.
+inline constexpr std::string_view error_prefix = "loading: Error: ";
+
 /// `loading: Error: <text>`
 std::string error_message(std::string_view text);
 

@@ -68,7 +68,7 @@ BOOST_AUTO_TEST_CASE(a_refusal_is_the_session_servers_to_know)
         auto const said = with.take("loading: Error: No room.");
         BOOST_TEST(said.for_browser.empty());
         BOOST_TEST((said.refusal == refusal));
-        BOOST_TEST(with.last_word() == "loading: Error: No room.");
+        BOOST_TEST(with.last_word() == "No room.");
     }
 }
 
