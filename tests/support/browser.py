@@ -44,7 +44,7 @@ def open_browser(width, height, dark=False, trusting=False, loads="normal", host
         with open_firefox(webdriver, trusting, loads, hosts) as driver:
             _make_firefox_complete(driver)
             resize(driver, width, height)
-            _prefer_dark(driver, dark)
+            prefer_dark(driver, dark)
             yield driver
         return
     for program in (CHROMIUM, DRIVER):
@@ -57,7 +57,7 @@ def open_browser(width, height, dark=False, trusting=False, loads="normal", host
             driver.set_script_timeout(30)
             driver.set_page_load_timeout(30)
             resize(driver, width, height)
-            _prefer_dark(driver, dark)
+            prefer_dark(driver, dark)
             _load_whole(driver)
             yield driver
         finally:
@@ -85,6 +85,20 @@ def resize(driver, width, height):
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
 
+def run_first(driver, script):
+    """Runs it in every page from now on, before the page's own scripts."""
+    if BROWSER == "firefox":
+        return driver.run_first(script)
+    driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+
+
+def disable_scripts(driver):
+    """In pages that are opened from now on."""
+    if BROWSER == "firefox":
+        return driver.set_preference("javascript.enabled", False)
+    driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+
+
 def screenshot(driver, path):
     """Writes the visible page to a PNG file, creating its folder."""
     os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
@@ -100,10 +114,10 @@ def accessibility_findings(driver):
         driver.execute_script(file.read())
     found = []
     for dark in (False, True):
-        _prefer_dark(driver, dark)
+        prefer_dark(driver, dark)
         violations = driver.execute_async_script("axe.run().then(({violations}) => arguments[0](violations))")
         found += [f"{rule['id']}: {rule['help']}: {node['html'][:200]} {node.get('failureSummary', '')}" for rule in violations for node in rule["nodes"]]
-    _prefer_dark(driver, False)
+    prefer_dark(driver, False)
     return found
 
 
@@ -163,7 +177,7 @@ def _load_whole(driver):
     driver.get, driver.get_log = get, get_log
 
 
-def _prefer_dark(driver, dark):
+def prefer_dark(driver, dark):
     if BROWSER == "firefox":
         return driver.set_preference("layout.css.prefers-color-scheme.content-override", 0 if dark else 1)
     scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}

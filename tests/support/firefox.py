@@ -45,6 +45,12 @@ COMMANDS = [(method, re.compile(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", path) + "
     ("POST", "/alert/accept", "AcceptAlert"), ("POST", "/alert/dismiss", "DismissAlert"), ("GET", "/cookie", "GetCookies"),
     ("POST", "/cookie", "AddCookie"), ("DELETE", "/cookie", "DeleteAllCookies")]]
 
+# In a sandbox with the page's own rights, to which its Content-Security-Policy does not apply.
+RUN_FIRST = """Services.obs.addObserver((window) => {
+  if (/^https?:$/.test(window.location.protocol))
+    Cu.evalInSandbox(%s, new Cu.Sandbox(window, {sandboxPrototype: window, wantXrays: false}));
+}, "content-document-global-created");"""
+
 
 class Marionette:
     def __init__(self, port):
@@ -81,13 +87,22 @@ class Marionette:
         _, _, error, result = self.read()
         return error, result
 
-    def set_preference(self, name, number):
+    def run(self, script, *arguments):
+        """Runs a script that may do all that Firefox can."""
         for command, parameters in (("Marionette:SetContext", {"value": "chrome"}),
-                                    ("WebDriver:ExecuteScript", {"script": "Services.prefs.setIntPref(...arguments)", "args": [name, number]}),
+                                    ("WebDriver:ExecuteScript", {"script": script, "args": arguments}),
                                     ("Marionette:SetContext", {"value": "content"})):
             error, _ = self.call(command, parameters)
             if error:
                 raise OSError(f"{command}: {error}")
+
+    def set_preference(self, name, value):
+        self.run(f"Services.prefs.set{'Bool' if isinstance(value, bool) else 'Int'}Pref(...arguments)", name, value)
+
+    def run_first(self, script):
+        """Runs it in every page from now on, before the page's own scripts."""
+        self.run("Services.ppmm.loadProcessScript('data:application/javascript;charset=utf-8,' + encodeURIComponent(arguments[0]), true)",
+                 RUN_FIRST % json.dumps(script))
 
 
 class Translator(http.server.BaseHTTPRequestHandler):
@@ -138,7 +153,7 @@ class Translator(http.server.BaseHTTPRequestHandler):
 
 @contextlib.contextmanager
 def open_firefox(webdriver, trusting=False, loads="normal", hosts=()):
-    """Yields a Selenium driver, which has a `set_preference(name, number)` besides. `hosts`: names that lead to this machine."""
+    """Yields a Selenium driver, which has the methods `set_preference(name, value)` and `run_first(script)` besides. `hosts`: names that lead to this machine."""
     if not os.access(FIREFOX, os.X_OK):
         raise unittest.SkipTest(f"{FIREFOX} is missing (package firefox-esr)")
     profile = tempfile.mkdtemp(prefix="webots_cloud_firefox_")
@@ -161,6 +176,7 @@ def open_firefox(webdriver, trusting=False, loads="normal", hosts=()):
         driver.set_script_timeout(PATIENCE)
         driver.set_page_load_timeout(PATIENCE)
         driver.set_preference = server.firefox.set_preference
+        driver.run_first = server.firefox.run_first
         try:
             yield driver
         finally:

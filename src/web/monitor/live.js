@@ -1,7 +1,7 @@
 "use strict";
 
 // What the pages of both servers share: the connection that keeps them current, and the look of their charts.
-const monitor = (() => {
+window.monitor = (() => {
   const span = 600; // seconds that are drawn
   const minSpan = 60; // of a server that has just started
   const silence = 90_000; // ms without a message after which a connection counts as dead
