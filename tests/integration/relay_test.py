@@ -360,6 +360,21 @@ class Returns(Relay):
             self.assertEqual(await browser.hear("reconnectToken: ", since=told), f"reconnectToken: {token}")
             await self.is_running(address)
 
+    async def test_the_goodbye_of_a_proxy_that_reloads_is_not_that_of_the_visitor(self):
+        machine = self.machine()
+        session = await self.session(machine.address)
+        browser, address, token = await self.lost(session)
+        simulators = set(machine.simulators())
+        browser.socket.transport.write(b"\x88\x02\x03\xe9")  # as Caddy: 1001, not masked, and the end
+        browser.socket.transport.close()
+        await asyncio.to_thread(wait_until, lambda: "it may return for 30.0 s" in machine.log(), machine.log)
+        told = len(browser.told)
+        await browser.come_back(reconnect=token)
+        self.assertEqual(await browser.hear("webots:", since=told), address)
+        self.assertEqual(set(machine.simulators()), simulators, "nothing was started anew")
+        await browser.leave()
+        await asyncio.to_thread(machine.wait_until_clean)
+
     async def test_it_is_found_over_a_restart_of_the_session_server(self):
         machine = self.machine()
         session = await self.session(machine.address)

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { accessibilityFindings, openPage, until } from './page.mjs';
+import { accessibilityFindings, leaveAndGoBack, openPage, until } from './page.mjs';
 import { CODE, JOINED, LANDSCAPE, PHONE, WORLD, address, browser, cloud, join, runSimulation, said, says, shown, state, tell, waitForSaid } from './class_page.mjs';
 
 const PICTURES = { interval: 100, width: 160, height: 120, bytes: 4000 };
@@ -218,7 +218,7 @@ test('where the session server keeps a line, it waits there as a student of the 
   assert.deepEqual(asked, [`/session?class=${JOINED.seat}`]);
 });
 
-test('after a reload it is the same place and the same simulation, as it was left', async (t) => {
+test('after a reload, and after Back, it is the same place and the same simulation, as it was left', async (t) => {
   await cloud.set('keeps', true);
   await cloud.set('launch', ['reconnectToken: abc', `webots:${await cloud.call('address', 'simulator')}`]);
   const page = await runSimulation(t);
@@ -226,11 +226,15 @@ test('after a reload it is the same place and the same simulation, as it was lef
   await state(page, 'paused');
   const runs = async () => (await cloud.get('controls')).filter((control) => control.startsWith('real-time')).length;
   assert.equal(await runs(), 1);
-  await page.reload();
-  await state(page, 'paused');
-  assert.deepEqual((await said('join')).at(-1), { token: JOINED.token });
-  assert.deepEqual(JSON.parse((await cloud.get('started')).at(-1)), { reconnect: 'abc' });
-  assert.equal(await runs(), 1, 'it stays paused');
+  for (const again of [() => page.reload(), () => leaveAndGoBack(page)]) {
+    const count = (await cloud.get('started')).length;
+    await again();
+    await until(async () => (await cloud.get('started')).length > count, 'the simulation');
+    await state(page, 'paused');
+    assert.deepEqual((await said('join')).at(-1), { token: JOINED.token });
+    assert.deepEqual(JSON.parse((await cloud.get('started')).at(-1)), { reconnect: 'abc' });
+    assert.equal(await runs(), 1, 'it stays paused');
+  }
 });
 
 test('when the connection breaks it comes back to its place, and the simulation goes on', async (t) => {

@@ -112,6 +112,12 @@ export async function until(condition, what) {
   }
 }
 
+// Another page, and Back: browsers show the page as it was, if they have kept it, or load it again.
+export async function leaveAndGoBack(page) {
+  await page.goto('about:blank');
+  await page.goBack();
+}
+
 // What axe-core has to say against the page as it is now: a list of sentences.
 export async function accessibilityFindings(page) {
   await page.evaluate(`${require('axe-core').source}; 0`);

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { accessibilityFindings, until } from './page.mjs';
+import { accessibilityFindings, leaveAndGoBack, until } from './page.mjs';
 import { LANDSCAPE, PHONE, WORLD, cloud, openViewer, state, status } from './viewer_page.mjs';
 
 const TITLE = 'Webots simulation viewer';
@@ -150,12 +150,15 @@ test('a connection that breaks in the line is restored by itself, and the place 
   assert.equal((await starts()).at(-1).start.waitingTicket, 'ticket-1');
 });
 
-test('a reloaded page is in its place again, and one that gave its place up is not', async (t) => {
+test('a reloaded page, and one to which Back leads, is in its place again; one that gave its place up is not', async (t) => {
   const page = await waitInLine(t);
-  await page.reload();
-  await state(page, 'waiting');
-  await status(page, 'You are number 4 in line.');
-  assert.equal((await starts())[1].start.waitingTicket, 'ticket-1');
+  for (const [times, again] of [[1, () => page.reload()], [2, () => leaveAndGoBack(page)]]) {
+    await again();
+    await until(async () => (await starts()).length === 1 + times, 'the line');
+    await state(page, 'waiting');
+    await status(page, 'You are number 4 in line.');
+    assert.equal((await starts())[times].start.waitingTicket, `ticket-${times}`);
+  }
   assert.ok((await cloud.get('requests')).filter((path) => path.startsWith('/session?')).length === 1, 'nothing is asked for anew');
   await page.click('#start');
   await state(page, 'idle');
@@ -166,7 +169,7 @@ test('a reloaded page is in its place again, and one that gave its place up is n
   await page.reload();
   await page.waitForSelector('body[data-room]');
   await state(page, 'idle');
-  assert.equal((await starts()).length, 2);
+  assert.equal((await starts()).length, 3);
 });
 
 test('a refusal on /client is taken back when a machine is free, also on a hidden page', async (t) => {
