@@ -36,6 +36,24 @@ export async function startClassSite({ session: sessionConfig, simulation: simul
   return { folder, session, simulation, server, instances: join(folder, 'simulation/state/webots_cloud', String(ports.simulation), 'instances') };
 }
 
+// The example of a website, whose page shows what the site is; its address.
+export async function startWebsite({ folder, server }) {
+  const home = join(folder, 'website');
+  await mkdir(home);
+  const port = await freePort();
+  const config = { port, sessionServer: server.replace('http', 'ws'), keyFile: 'key/localhost', usersDir: 'user',
+    pageDir: join(PROJECTS, 'website_host/page'), modulesDir: '/nonexistent', users: [], projects: [{ name: 'robots', world: 'arena.wbt', controller: 'avoid_walls' }] };
+  const path = join(home, 'website.json');
+  await writeFile(path, JSON.stringify(config));
+  const child = spawn(join(process.env.WEBOTS_CLOUD_BIN, 'webots-website-host'), [path], { cwd: home, stdio: 'ignore' });
+  const kill = () => child.kill('SIGKILL');
+  after(kill);
+  process.on('exit', kill);
+  const address = `http://localhost:${port}`;
+  await until(() => fetch(address).then(({ ok }) => ok, () => false), 'the website');
+  return address;
+}
+
 // {log, pid, stop(), reread(changes), command(...options)}, which joins `others`. `changes`: of its configuration; `command`: the program once
 // more, which talks with the running one.
 async function start(kind, folder, others, config) {

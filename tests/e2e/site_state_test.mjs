@@ -1,12 +1,14 @@
 // The table "What a site is" of docs/visitors.md on a site of one machine, with real servers: in each state the lamp of the viewer, the
-// line, the pages of a class, the monitor and /metrics say the same. (Which facts make which state: site_state_test.cpp.)
+// line, the pages of a class, an embedded view, a website, the monitor and /metrics say the same. (Which facts make which state: site_state_test.cpp.)
 
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { once } from 'node:events';
+import { createServer } from 'node:http';
 import { test } from 'node:test';
 
 import { openBrowser, openPage } from '../viewer/page.mjs';
-import { WORLD, attend, fillForm, openClass, says, shown, startClassSite, state } from './class_site.mjs';
+import { WORLD, attend, fillForm, openClass, says, shown, startClassSite, startWebsite, state } from './class_site.mjs';
 
 const SENTENCES = {
   free: 'A machine is free.',
@@ -23,21 +25,25 @@ const site = await startClassSite({
   simulation: () => ({ maxConnections: 1 }),
 });
 const { server } = site;
+const website = await startWebsite(site);
 const browser = await openBrowser();
 
-// The pages that only look: viewer and monitor.
+// The pages that only look: viewer, website and monitor.
 async function openWatchers(t) {
   const lamp = await openPage(t, browser);
   await lamp.goto(`${server}/viewer/`);
+  const ofWebsite = await openPage(t, browser);
+  await ofWebsite.goto(website);
   const monitor = await openPage(t, browser);
   await monitor.goto(`${server}/monitor`);
-  return { lamp, monitor };
+  return { lamp, ofWebsite, monitor };
 }
 
-async function assertSite({ lamp, monitor }, wanted) {
+async function assertSite({ lamp, ofWebsite, monitor }, wanted) {
   const sentence = SENTENCES[wanted];
   const mayWait = ['busy', 'full'].includes(wanted);
   await lamp.waitForFunction((text) => document.getElementById('light-text').textContent === text, mayWait ? sentence + CAN_WAIT : sentence);
+  await ofWebsite.waitForFunction((text) => document.getElementById('availability').textContent === text, sentence);
   await monitor.waitForFunction((text) => document.getElementById('site').textContent === text, sentence);
   const metrics = await (await fetch(`${server}/metrics`)).text();
   assert.deepEqual(metrics.match(/^webots_site_state\{state="\w+"\} 1$/gm), [`webots_site_state{state="${wanted}"} 1`]);
@@ -49,6 +55,20 @@ async function visit(t) {
   await page.click('#start');
   return page;
 }
+
+// A page of another site with a view, which starts at once.
+async function embed(t) {
+  const host = createServer((_, answer) => answer.writeHead(200, { 'Content-Type': 'text/html' }).end(`<!DOCTYPE html><title>A robot</title>
+    <script type="module" src="${server}/view/webots_view.js"></script><webots-view data-server="${WORLD}" data-mode="mjpeg"></webots-view>`));
+  host.listen(0, 'localhost');
+  await once(host, 'listening');
+  t.after(() => host.close());
+  const page = await openPage(t, browser);
+  await page.goto(`http://localhost:${host.address().port}`);
+  return page;
+}
+
+const reads = (page, text) => page.getByText(text).first().waitFor();
 
 const quit = async (page) => {
   await page.click('#start');
@@ -71,6 +91,9 @@ test('free, and full of visitors: the lamp, the line and the monitor agree', { t
   const second = await visit(t);
   await state(second, 'waiting');
   await says(second, '#status', 'You are next.');
+  const embedded = await embed(t);
+  await reads(embedded, 'You are number 2 in line.');
+  await embedded.close();
   await quit(first);
   await state(second, 'running');
   await quit(second);
@@ -120,12 +143,16 @@ test('drained, and down: nobody is told to wait for a seat', { timeout: 120000 }
   const waits = await visit(t);
   await state(waits, 'waiting');
   await says(waits, '#status', 'No machine takes new simulations');
+  const embedded = await embed(t);
+  await reads(embedded, SENTENCES.draining);
+  await embedded.close();
   site.simulation.command('--resume');
   await state(waits, 'running');
   await site.simulation.stop();
   await assertSite(watchers, 'down');
   const late = await visit(t);
   await says(late, '#status', 'No machine is running');
+  await reads(await embed(t), SENTENCES.down);
 });
 
 async function come(t, link, name) {
