@@ -12,8 +12,10 @@ import subprocess
 import sys
 import threading
 import unittest
+import unittest.mock
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from support.forward_proxy import ForwardProxy  # noqa: E402
 from support.git_case import GitCase, main  # noqa: E402
 from support.git_probe import HEADER, WORLD, Probe, tree  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
@@ -210,6 +212,16 @@ class LfsTest(LfsCase):
             self.assertNotIn("Authorization", headers)
             self.assertNotIn("X-Amz-Object", headers)
 
+    def test_passwords_are_for_the_host_of_the_forge_alone(self):
+        oid = digest(MESH)
+        name, _ = self.repository({"a.stl": self.lfs.pointer(MESH)})
+        header = {"Authorization": "Basic c2VjcmV0", "X-Amz-Object": "yes"}
+        self.lfs.actions[oid] = {"actions": {"download": {"href": f"http://localhost:{self.lfs.port}/objects/{oid}", "header": header}}}
+        self.assertEqual(tree(self.fetch(name)["root"])["a.stl"], MESH)
+        _, _, headers = self.lfs.requests[-1]
+        self.assertNotIn("Authorization", headers)
+        self.assertEqual(headers["X-Amz-Object"], "yes")
+
     def test_without_a_server_for_them_it_is_said(self):
         with GitServer() as server:
             server.add_repository("owner", "plain", {WORLDS: WORLD, "a.stl": pointer_to("a" * 64, 5)})
@@ -310,6 +322,19 @@ class HostileLfsTest(LfsCase):
             elsewhere.setblocking(False)  # whoever has connected is in its queue
             with self.assertRaises(BlockingIOError):
                 elsewhere.accept()
+
+    def test_nor_through_a_proxy_which_is_at_a_private_address_itself(self):
+        """What a proxy is asked for is decided by what the name means, not by the proxy's address."""
+        with ForwardProxy() as proxy, unittest.mock.patch.dict(os.environ, {"http_proxy": proxy.url, "no_proxy": ""}), \
+                LfsServer("127.0.0.2") as elsewhere:
+            for url in (elsewhere.url, "http://name-of-nothing.invalid.example"):
+                self.assertRegex(self.error_of_address(f"{url}/objects/{digest(MESH)}"), "^the LFS server leads to (127.0.0.2|name-of-nothing.invalid.example, a name)")
+            self.assertEqual(elsewhere.requests, [])
+            self.assertTrue(proxy.asked)
+            self.assertFalse([each for each in proxy.asked if "127.0.0.2" in each or "name-of-nothing" in each], proxy.asked)
+            self.lfs.reset()
+            name, _ = self.repository({"a.stl": self.lfs.pointer(MESH)})
+            self.assertEqual(tree(self.fetch(name)["root"])["a.stl"], MESH)
 
     def test_nor_over_a_connection_that_is_open_already(self):
         """The same for a fetch from a forge at that address."""

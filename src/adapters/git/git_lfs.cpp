@@ -3,6 +3,7 @@
 #include "adapters/files/folder_walk.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/sha256.hpp"
+#include "adapters/http/proxied_host.hpp"
 #include "git_copy.hpp"
 
 #include "core/access/public_networks.hpp"
@@ -32,7 +33,8 @@ namespace {
 using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
-constexpr std::size_t downloads_at_once = 4; // downloads
+constexpr std::size_t downloads_at_once = 4;
+constexpr std::size_t max_hosts = 16; // that are looked up for one project
 constexpr char send_again[] = "Its author can send it there (git lfs push --all origin)";
 constexpr char media_type[] = "application/vnd.git-lfs+json";
 
@@ -84,6 +86,8 @@ private:
     result<std::vector<core::LfsDownload>> ask_server(std::vector<core::LfsPointer> const& pointers);
     void receive_in_turn(std::vector<core::LfsDownload> const& downloads, std::size_t first);
     result<> receive(LargeFile const& file, core::LfsDownload const& from);
+    result<> may_ask(std::string const& url);
+    result<> may_mean(std::string const& host);
     result<> place(LargeFile const& file);
     void report(std::uint64_t more);
 
@@ -105,6 +109,9 @@ private:
     std::unordered_map<std::string, std::size_t> numbers_; ///< In `found_`, by what is unique of a pointer.
     std::uint64_t total_ = 0;                              ///< Bytes to receive.
     std::optional<core::IpAddress> home_;                  ///< Of the forge, or of the proxy to it.
+    std::mutex hosts_mutex_;
+    std::unordered_map<std::string, result<>>
+        hosts_; ///< What was asked for behind a proxy: whether it may be.
 
     // What the threads that receive share.
     std::atomic<std::size_t> next_{0};
@@ -359,7 +366,7 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
         return {};
     if (from.address.empty())
         return about_object(file, from.error, from.words);
-    if (auto const allowed = core::check_lfs_address(from.address, order_.forge); !allowed)
+    if (auto const allowed = may_ask(from.address); !allowed)
         return explain(allowed.error());
     Sha256 digest;
     std::uint64_t size = 0;
@@ -373,6 +380,11 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
     request.url = from.address;
     request.agent = "git-lfs/webots_cloud";
     request.headers = from.headers;
+    // A password for another host is none of the forge's: nobody knows whose.
+    if (core::host_of_lfs_address(from.address) != core::host_of_lfs_address(order_.forge))
+        std::erase_if(request.headers, [](std::string const& header) {
+            return core::lower_case(header).starts_with("authorization:");
+        });
     request.sink = [&](std::string_view bytes) -> result<> {
         size += bytes.size();
         if (size > pointer.size)
@@ -381,7 +393,7 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
         report(bytes.size());
         return write_all(to.get(), bytes);
     };
-    request.may_redirect = [&](std::string const& url) { return core::check_lfs_address(url, order_.forge); };
+    request.may_redirect = [&](std::string const& url) { return may_ask(url); };
     request.may_contact = [&](std::string const& url, core::IpAddress const& address) {
         return core::base_of(url) == core::base_of(order_.forge) || address == home_ ||
                core::is_public_address(address);
@@ -397,6 +409,37 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
     if (*status != 200)
         return about_object(file, *status, {});
     return size == pointer.size && digest.finish() == pointer.object ? result<>() : wrong();
+}
+
+/// Behind a proxy the name alone says who is reached: there it has to mean what may be contacted. (Should the
+/// proxy know another meaning, TLS still asks for a certificate of the name.)
+result<> LfsFetch::may_ask(std::string const& url)
+{
+    if (auto const allowed = core::check_lfs_address(url, order_.forge); !allowed)
+        return allowed;
+    if (core::base_of(url) == core::base_of(order_.forge) || !has_proxy())
+        return {};
+    std::lock_guard const lock(hosts_mutex_); // of several that ask for a host, one looks it up
+    auto const host = core::host_of_lfs_address(url);
+    if (auto const known = hosts_.find(host); known != hosts_.end())
+        return known->second;
+    if (hosts_.size() >= max_hosts)
+        return Failure(errc::refused, "leads to too many hosts");
+    return hosts_.emplace(host, may_mean(host)).first->second;
+}
+
+result<> LfsFetch::may_mean(std::string const& host)
+{
+    auto const theirs = addresses_of(host);
+    if (theirs.empty())
+        return Failure(errc::refused, concat("leads to ", core::printable(host, 100),
+                                             ", a name that this machine can't look up"));
+    auto const homes = addresses_of(core::host_of_lfs_address(order_.forge));
+    for (auto const& address : theirs)
+        if (!core::is_public_address(address) &&
+            std::find(homes.begin(), homes.end(), address) == homes.end())
+            return Failure(errc::refused, concat("leads to ", address.text()));
+    return {};
 }
 
 void LfsFetch::report(std::uint64_t more)

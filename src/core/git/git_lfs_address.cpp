@@ -70,6 +70,12 @@ std::string_view base_of(std::string_view url) noexcept
                                             : url.substr(0, url.find_first_of("/?#", scheme + mark.size()));
 }
 
+std::string host_of_lfs_address(std::string_view url)
+{
+    auto const origin = read_origin(url);
+    return origin ? std::string(without_brackets(origin->host)) : std::string();
+}
+
 result<> check_lfs_address(std::string_view url, std::string_view forge)
 {
     auto const origin = read_origin(url);
