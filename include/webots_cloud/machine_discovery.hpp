@@ -52,6 +52,9 @@ struct MachineDiscoveryHooks
     std::function<std::unordered_set<std::string>()> unreachable;
     /// Signs announcements (HMAC-SHA256, with a secret that the machines know). Empty: none is accepted.
     std::function<std::string(std::string_view message)> mac;
+    /// What announcements have to name: letters of base64url that nobody can guess, others in each run, so
+    /// that one which was made for another session server, or before a restart, counts for nothing here.
+    std::string receiver;
 };
 
 /// Looks names up again and again, and listens to announcements (docs/discovery.md).

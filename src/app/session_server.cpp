@@ -1,4 +1,5 @@
 #include "async/first_of.hpp"
+#include "core/base64.hpp"
 #include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
 #include "current_notifier.hpp"
@@ -209,6 +210,7 @@ result<MachineDiscoveryHooks> discovery_hooks(SessionConfig const& config, LoadM
         if (!mac)
             return mac.error();
         hooks.mac = std::move(*mac);
+        hooks.receiver = core::base64url(random_bytes(16));
     }
     return hooks;
 }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <unordered_map>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -25,6 +26,7 @@ constexpr Duration goodbye_timeout = std::chrono::seconds(2);
 struct Announcing::Impl
 {
     HttpRequest request(std::string const& session_server, bool is_goodbye);
+    asio::awaitable<result<HttpResponse>> announce(std::string const& session_server);
     asio::awaitable<void> keep_announcing(std::string session_server);
     asio::awaitable<void> say_goodbye(std::string session_server);
     asio::awaitable<result<>> run();
@@ -34,6 +36,7 @@ struct Announcing::Impl
     Clock& clock;
     Logger log;
     std::function<std::string(std::string_view)> mac;
+    std::unordered_map<std::string, std::string> receivers{}; ///< What session servers call themselves.
     WallTime last{}; ///< When the last one was signed: each has to be later than that before.
 };
 
@@ -55,6 +58,7 @@ HttpRequest Announcing::Impl::request(std::string const& session_server, bool is
     announcement.machine = params.address;
     last = std::max(clock.wall(), last + std::chrono::milliseconds(1));
     announcement.at = last;
+    announcement.receiver = receivers[session_server];
     announcement.is_goodbye = is_goodbye;
     auto const query = core::announcement_query(announcement);
     HttpRequest post(concat(session_server, core::announcement_path, "?", query));
@@ -64,13 +68,28 @@ HttpRequest Announcing::Impl::request(std::string const& session_server, bool is
     return post;
 }
 
+/// Once more, where the session server says that it is another one than before.
+asio::awaitable<result<HttpResponse>> Announcing::Impl::announce(std::string const& session_server)
+{
+    auto answer = co_await http.send(request(session_server, false));
+    bool const cancelled = co_await async::is_cancelled();
+    if (cancelled || !answer || answer->status != 421)
+        co_return answer;
+    auto receiver = core::parse_receiver_answer(answer->body);
+    if (!receiver)
+        co_return answer;
+    receivers[session_server] = std::move(*receiver);
+    answer = co_await http.send(request(session_server, false));
+    co_return answer;
+}
+
 asio::awaitable<void> Announcing::Impl::keep_announcing(std::string session_server)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     std::optional<std::string> problem; // of the last announcement: empty: none; not set: there was none
     for (;;) {
         auto const next = clock.now() + core::announcement_interval;
-        auto const answer = co_await http.send(request(session_server, false));
+        auto const answer = co_await announce(session_server);
         bool const cancelled = co_await async::is_cancelled();
         if (cancelled)
             co_return;

@@ -285,7 +285,10 @@ HttpResponse MachineDiscovery::Impl::take_announcement(IncomingRequest const& re
     }
     auto const announcement = core::parse_announcement(request.query);
     if (!announcement)
-        return refused_announcement(400, "Expected /api/machines?machine=<address>&at=<milliseconds>.");
+        return refused_announcement(
+            400, "Expected /api/machines?machine=<address>&at=<milliseconds>&to=<receiver>.");
+    if (announcement->receiver != hooks.receiver)
+        return refused_announcement(421, core::receiver_answer(hooks.receiver));
     if (!announcement->is_goodbye && !announced_machine(announcement->machine))
         return refused_announcement(403, "This session server reaches machines by plain HTTP, and that only "
                                          "at addresses: set \"server\" to one.");

@@ -7,6 +7,7 @@ import hashlib
 import hmac
 import json
 import os
+import re
 import secrets
 import signal
 import struct
@@ -121,17 +122,27 @@ class Announcements(unittest.TestCase):
     def listening(self, **config):
         return SessionServer([], announcements=True, discoverLoopback=True, sessionSecret=self.file, **config)
 
-    def announce(self, session, machine, at=None, more="", secret=None):
-        """Written from docs/protocol.md, not from our code. The status."""
+    def announce(self, session, machine, at=None, more="", secret=None, to=None):
+        """Written from docs/protocol.md, not from our code. The status. `to`: for whom, if not for whoever answers."""
+        if to is None:
+            to = self.receiver(session, secret)
+        return self.post(session, machine, at, f"&to={to}{more}", secret)[0]
+
+    def receiver(self, session, secret=None):
+        told = re.search(r"to=([\w-]+)$", self.post(session, "a.example.org:1", None, "", secret)[1])
+        return told[1] if told else "nobody"
+
+    def post(self, session, machine, at, more, secret=None):
+        """The status, and the body."""
         query = f"machine={urllib.parse.quote(machine, safe='')}&at={int(1000 * (at or time.time()))}{more}"
         code = hmac.new((secret or self.secret).encode(), b"webots_cloud announcement 1\n" + query.encode(), hashlib.sha256).digest()
         headers = {"Authorization": "Webots-Cloud " + base64.urlsafe_b64encode(code).decode().rstrip("=")}
         try:
             with urllib.request.urlopen(urllib.request.Request(f"{session.url}/api/machines?{query}", b"", headers)) as answer:
-                return answer.status
+                return answer.status, answer.read().decode()
         except urllib.error.HTTPError as error:
-            error.close()
-            return error.code
+            with error:
+                return error.code, error.read().decode()
 
     def test_a_simulation_server_is_known_says_goodbye_and_comes_back(self):
         with self.listening() as session:
@@ -168,6 +179,18 @@ class Announcements(unittest.TestCase):
                 wait_until(lambda: "HTTP 403: This announcement is not signed" in simulation.log(), "its operator is told")
             self.assertIn("it is not signed with our \"sessionSecret\"", session.log())
             self.assertEqual(set(machines(session)), {"a.example.org:1"})
+
+    def test_what_was_said_to_another_session_server_or_before_a_restart_counts_for_nothing(self):
+        with self.listening() as one, self.listening() as other:
+            now = time.time()
+            to = self.receiver(one)
+            self.assertNotEqual(to, self.receiver(other))
+            self.assertEqual(self.announce(other, "a.example.org:1", now, to=to), 421)
+            self.assertEqual(self.announce(one, "a.example.org:1", now, to=to), 200)
+            one.stop()
+            one.start()
+            self.assertEqual(self.announce(one, "a.example.org:1", now, to=to), 421)
+            self.assertEqual(set(machines(one)) | set(machines(other)), set())
 
     def test_both_keys_need_the_secret(self):
         for server, key in ((SessionServer([], announcements=True), "announcements"),

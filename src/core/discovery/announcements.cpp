@@ -14,12 +14,23 @@ namespace {
 constexpr std::string_view announcement_purpose =
     "webots_cloud announcement 1\n"; // the secret is used for tickets, too
 constexpr std::string_view announcement_scheme = "Webots-Cloud ";
+constexpr std::string_view before_receiver = "&to=";
 constexpr std::string_view goodbye = "&goodbye";
+constexpr std::string_view receiver_prefix = "Sign for this session server: to=";
+constexpr std::size_t max_receiver = 64;
 constexpr std::size_t max_machine = 253 + 6; // a name and a port
 
 std::int64_t milliseconds_of(WallTime time)
 {
     return std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
+}
+
+/// What a query may have as it is: the letters of base64url.
+bool is_receiver(std::string_view name)
+{
+    return !name.empty() && name.size() <= max_receiver &&
+           name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_") ==
+               std::string_view::npos;
 }
 
 /// `host:port` or `host/port`, with a port from 1 to 65535.
@@ -41,6 +52,7 @@ std::string announcement_query(Announcement const& announcement)
 {
     return concat("machine=", percent_encode(announcement.machine),
                   "&at=", std::to_string(milliseconds_of(announcement.at)),
+                  announcement.receiver.empty() ? "" : before_receiver, announcement.receiver,
                   announcement.is_goodbye ? goodbye : "");
 }
 
@@ -52,6 +64,12 @@ std::optional<Announcement> parse_announcement(std::string_view query)
     announcement.is_goodbye = query.ends_with(goodbye);
     if (announcement.is_goodbye)
         query.remove_suffix(goodbye.size());
+    if (auto const to = query.rfind(before_receiver); to != std::string_view::npos) {
+        announcement.receiver = query.substr(to + before_receiver.size());
+        if (!is_receiver(announcement.receiver))
+            return std::nullopt;
+        query = query.substr(0, to);
+    }
     auto const middle = query.find(before_time);
     if (!query.starts_with(before_machine) || middle == std::string_view::npos)
         return std::nullopt;
@@ -65,6 +83,19 @@ std::optional<Announcement> parse_announcement(std::string_view query)
         return std::nullopt;
     announcement.at = WallTime(std::chrono::milliseconds(at));
     return announcement;
+}
+
+std::string receiver_answer(std::string_view receiver)
+{
+    return concat(receiver_prefix, receiver);
+}
+
+std::optional<std::string> parse_receiver_answer(std::string_view body)
+{
+    body = trim(body);
+    if (!body.starts_with(receiver_prefix) || !is_receiver(body.substr(receiver_prefix.size())))
+        return std::nullopt;
+    return std::string(body.substr(receiver_prefix.size()));
 }
 
 std::string sign_announcement(std::function<std::string(std::string_view)> const& mac, std::string_view query)

@@ -25,8 +25,14 @@ struct Announcement
 {
     std::string machine; ///< As an entry of "simulationServers".
     WallTime at{};
+    std::string receiver; ///< What the session server calls itself; empty: the machine does not know it yet.
     bool is_goodbye = false;
 };
+
+/// What a session server answers to an announcement for another one, or for nobody: for whom to sign.
+std::string receiver_answer(std::string_view receiver);
+/// Nothing, where it is no such answer.
+std::optional<std::string> parse_receiver_answer(std::string_view body);
 
 /// As the query of a URL, the form that is signed.
 std::string announcement_query(Announcement const& announcement);

@@ -31,16 +31,23 @@ class Announcer:
     def __init__(self, port, secret):
         self.connection = http.client.HTTPConnection("127.0.0.1", port)
         self.secret = secret.encode()
+        self.receiver = "-"
 
     def say(self, machine, more=""):
+        status, body = self.post(machine, f"&to={self.receiver}{more}")
+        if status == 421:
+            self.receiver = body.rpartition("to=")[2]
+            status, _ = self.post(machine, f"&to={self.receiver}{more}")
+        if status != 200:
+            raise SystemExit(f"an announcement is answered {status}")
+
+    def post(self, machine, more):
         query = f"machine={urllib.parse.quote(machine, safe='')}&at={int(1000 * time.time())}{more}"
         code = hmac.new(self.secret, b"webots_cloud announcement 1\n" + query.encode(), hashlib.sha256).digest()
         signature = base64.urlsafe_b64encode(code).decode().rstrip("=")
         self.connection.request("POST", f"/api/machines?{query}", b"", {"Authorization": f"Webots-Cloud {signature}", "Host": "localhost"})
         answer = self.connection.getresponse()
-        answer.read()
-        if answer.status != 200:
-            raise SystemExit(f"an announcement is answered {answer.status}")
+        return answer.status, answer.read().decode()
 
 
 def main():

@@ -100,6 +100,7 @@ struct DiscoveryFixture
         };
         made.unreachable = [this] { return unreachable; };
         made.mac = no_mac;
+        made.receiver = "this-run";
         return made;
     }
 
@@ -135,6 +136,7 @@ struct DiscoveryFixture
         core::Announcement announcement;
         announcement.machine = machine;
         announcement.at = world.clock.wall() + std::chrono::duration_cast<WallTime::duration>(since);
+        announcement.receiver = "this-run";
         announcement.is_goodbye = is_goodbye;
         auto const query = core::announcement_query(announcement);
         return announce(query, core::sign_announcement(no_mac, query));
@@ -327,7 +329,7 @@ BOOST_AUTO_TEST_CASE(machines_are_reached_inside_where_their_entries_say_so)
 BOOST_AUTO_TEST_CASE(what_is_not_signed_or_makes_no_sense_is_refused)
 {
     DiscoveryFixture fixture({});
-    std::string const query = "machine=b%3A1&at=1";
+    std::string const query = "machine=b%3A1&at=1&to=this-run";
     BOOST_TEST(fixture.announce(query, "") == 403);
     BOOST_TEST(fixture.announce(query, core::sign_announcement(no_mac, query + "0")) == 403);
     BOOST_TEST(fixture.log.contains("An announcement of 192.0.2.9 was refused"));
@@ -348,9 +350,11 @@ BOOST_AUTO_TEST_CASE(a_machine_announces_itself_every_ten_seconds_and_says_goodb
         return std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
     };
     http.expect("POST " + url + at(0s)).fail(errc::unreachable);
-    http.expect("POST " + url + at(10s)).reply(200, "known");
-    http.expect("POST " + url + at(20s)).reply(200, "known");
-    http.expect("POST " + url + at(21s) + "&goodbye").reply(200, "known");
+    http.expect("POST " + url + at(10s)).reply(421, core::receiver_answer("before"));
+    http.expect("POST " + url + at(10s + 1ms) + "&to=before").reply(200, "known");
+    http.expect("POST " + url + at(20s) + "&to=before").reply(421, core::receiver_answer("this-run"));
+    http.expect("POST " + url + at(20s + 1ms) + "&to=this-run").reply(200, "known");
+    http.expect("POST " + url + at(21s) + "&to=this-run&goodbye").reply(200, "known");
     AnnouncingParams params;
     params.session_servers = {"http://session:1999"};
     params.address = "sim:2000";

@@ -44,11 +44,28 @@ BOOST_AUTO_TEST_CASE(an_announcement_is_a_query)
     BOOST_TEST((read->at == wall));
     BOOST_TEST(!read->is_goodbye);
     BOOST_TEST(core::parse_announcement(query + "&goodbye")->is_goodbye);
-    for (auto const* const wrong : {"", "machine=", "machine=a%3A1", "at=1", "machine=&at=1",
-                                    "machine=a%3A1&at=", "machine=a%3A1&at=-1", "machine=a%3A1&at=1x",
-                                    "machine=a%3A1&at=99999999999999999999", "machine=a%3A1&at=5000000000000",
-                                    "machine=%zz&at=1", "machine=a%3A1&at=1&more"})
+    BOOST_TEST(read->receiver.empty());
+    auto made = announcement("sim1.example.org:2000");
+    made.receiver = "Ab-_9";
+    made.is_goodbye = true;
+    BOOST_TEST(core::announcement_query(made) == query + "&to=Ab-_9&goodbye");
+    BOOST_TEST(core::parse_announcement(query + "&to=Ab-_9&goodbye")->receiver == "Ab-_9");
+    for (auto const* const wrong :
+         {"", "machine=", "machine=a%3A1", "at=1", "machine=&at=1",
+          "machine=a%3A1&at=", "machine=a%3A1&at=-1", "machine=a%3A1&at=1x",
+          "machine=a%3A1&at=99999999999999999999", "machine=a%3A1&at=5000000000000", "machine=%zz&at=1",
+          "machine=a%3A1&at=1&more", "machine=a%3A1&at=1&to=", "machine=a%3A1&at=1&to=a%20b",
+          "machine=a%3A1&to=a&at=1", "machine=a%3A1&at=1&to=a&to=b&"})
         BOOST_TEST(!core::parse_announcement(wrong).has_value(), wrong);
+}
+
+BOOST_AUTO_TEST_CASE(a_session_server_says_for_whom_to_sign)
+{
+    BOOST_TEST(core::parse_receiver_answer(core::receiver_answer("Ab-_9") + "\n").value_or("") == "Ab-_9");
+    for (auto const& wrong :
+         {std::string("Ab-_9"), core::receiver_answer(""), core::receiver_answer("a&goodbye"),
+          core::receiver_answer(std::string(65, 'a'))})
+        BOOST_TEST(!core::parse_receiver_answer(wrong).has_value(), wrong);
 }
 
 BOOST_AUTO_TEST_CASE(what_is_signed_says_what_it_is_for)
