@@ -1,5 +1,7 @@
 #include "text.hpp"
 
+#include "unicode_characters.hpp"
+
 #include <webots_cloud/transport/http.hpp>
 
 #include <algorithm>
@@ -28,59 +30,14 @@ bool equal_ignoring_case(std::string_view left, std::string_view right) noexcept
 namespace webots_cloud::core {
 namespace {
 
-/// The number of bytes of the UTF-8 character at the start of `text`, or 0 when there is none.
-std::size_t utf8_length(std::string_view text) noexcept
-{
-    auto const byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    auto const follows = [&](std::size_t i) { return i < text.size() && (byte(i) & 0xC0) == 0x80; };
-    unsigned const first = byte(0);
-    if (first < 0x80)
-        return 1;
-    if (first >= 0xC2 && first <= 0xDF)
-        return follows(1) ? 2 : 0;
-    if (first >= 0xE0 && first <= 0xEF) {
-        if (!follows(1) || !follows(2) || (first == 0xE0 && byte(1) < 0xA0) ||
-            (first == 0xED && byte(1) > 0x9F))
-            return 0;
-        return 3;
-    }
-    if (first >= 0xF0 && first <= 0xF4) {
-        if (!follows(1) || !follows(2) || !follows(3) || (first == 0xF0 && byte(1) < 0x90) ||
-            (first == 0xF4 && byte(1) > 0x8F))
-            return 0;
-        return 4;
-    }
-    return 0;
-}
-
-/// Whether the character of so many bytes at the start of `text` steers terminals: C1 controls (U+0080 to
-/// U+009F) do it as those of C0.
-bool is_control(std::string_view text, std::size_t length) noexcept
-{
-    auto const byte = static_cast<unsigned char>(text[0]);
-    bool const c1 = length == 2 && byte == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0;
-    return c1 || byte < 0x20 || byte == 0x7F;
-}
-
-/// Whether the character of so many bytes at the start of `text` is not seen, or changes in which order
-/// others are shown, so that a text reads as another one: what Unicode calls format characters (Cf) of
-/// general use.
-bool is_format(std::string_view text, std::size_t length) noexcept
-{
-    if (length != 2 && length != 3)
-        return false;
-    auto const byte = [&](std::size_t i) {
-        return static_cast<unsigned>(static_cast<unsigned char>(text[i]));
-    };
-    auto const code = length == 2 ? (byte(0) & 0x1F) << 6 | (byte(1) & 0x3F)
-                                  : (byte(0) & 0x0F) << 12 | (byte(1) & 0x3F) << 6 | (byte(2) & 0x3F);
-    return code == 0xAD || code == 0x61C || code == 0x180E || (code >= 0x200B && code <= 0x200F) ||
-           (code >= 0x2028 && code <= 0x202E) || (code >= 0x2060 && code <= 0x206F) || code == 0xFEFF;
-}
-
+/// Whether the character of so many bytes at the start of `text` is seen, and leaves the others in their
+/// order: so that no text reads as another one.
 bool is_shown(std::string_view text, std::size_t length) noexcept
 {
-    return length != 0 && !is_control(text, length) && !is_format(text, length);
+    if (length == 0)
+        return false;
+    auto const kind = kind_of_character(code_point(text, length));
+    return kind != CharacterKind::hidden && kind != CharacterKind::joining;
 }
 
 std::size_t edit_distance(std::string_view left, std::string_view right)

@@ -45,11 +45,11 @@ std::string lower_case(std::string_view text);
 /// `text` made safe for HTML content and quoted attributes.
 std::string escape_html(std::string_view text);
 
-/// `text` made safe for a log line: control characters and invalid UTF-8 as `\xNN`, at most `limit` bytes of
-/// it.
+/// `text` made safe for a log line: what is not seen (`CharacterKind`) and invalid UTF-8 as `\xNN`, at most
+/// `limit` bytes of it.
 std::string printable(std::string_view text, std::size_t limit = 512);
 
-/// True when `text` is well-formed UTF-8 without control characters: what `printable` leaves as it is.
+/// True when `text` is well-formed UTF-8 and all of it is seen: what `printable` leaves as it is.
 bool is_printable(std::string_view text) noexcept;
 
 /// True when `text` is well-formed UTF-8 (no surrogates, no overlong forms).

@@ -2,9 +2,9 @@
 
 #include "class_limits.hpp"
 #include "core/text.hpp"
+#include "core/unicode_characters.hpp"
 
 #include <algorithm>
-#include <cstdint>
 
 namespace webots_cloud::core {
 namespace {
@@ -18,29 +18,14 @@ char upper(char c) noexcept
     return c >= 'a' && c <= 'z' ? static_cast<char>(c - ('a' - 'A')) : c;
 }
 
-/// The first character of `text`, which must be UTF-8, and its length in bytes.
-struct Character
-{
-    explicit Character(std::string_view text)
-    {
-        auto const first = static_cast<unsigned char>(text.front());
-        length = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-        code = length == 1 ? first : first & (0x7Fu >> length);
-        for (std::size_t i = 1; i < length; ++i)
-            code = code << 6 | (static_cast<unsigned char>(text[i]) & 0x3Fu);
-    }
+constexpr int max_on_one = 4; // marks and joiners on one character: Thai needs two, Tibetan up to four
+constexpr std::uint32_t zero_width_non_joiner = 0x200C;
+constexpr std::uint32_t zero_width_joiner = 0x200D;
 
-    std::size_t length;
-    std::uint32_t code;
-};
-
-bool is_invisible(std::uint32_t code) noexcept
+/// Of ASCII, to which joiners do nothing.
+bool is_letter(std::uint32_t code) noexcept
 {
-    constexpr std::uint32_t tags = 0xE0000; // a plane of tags and variation selectors
-    return code == 0xAD || code == 0x61C || code == 0x115F || code == 0x1160 || code == 0x180E ||
-           code == 0x200B || (code >= 0x200E && code <= 0x200F) || (code >= 0x2028 && code <= 0x202E) ||
-           (code >= 0x2060 && code <= 0x206F) || code == 0x3164 || code == 0xFEFF || code == 0xFFA0 ||
-           (code >= 0xFFF0 && code <= 0xFFFB) || code >= tags;
+    return (code >= 'a' && code <= 'z') || (code >= 'A' && code <= 'Z');
 }
 
 } // namespace
@@ -84,16 +69,31 @@ std::string make_class_token(RandomBytes const& random)
 std::optional<std::string> line_of_person(std::string_view text, std::size_t max_characters)
 {
     text = trim(text);
-    if (text.empty() || !is_printable(text))
+    if (!is_utf8(text))
         return std::nullopt;
+    std::string line;
     std::size_t characters = 0;
+    int on_it = max_on_one; // so far nothing that others could follow
+    std::uint32_t last = 0;
     for (auto rest = text; !rest.empty(); ++characters) {
-        Character const next(rest);
-        if (is_invisible(next.code))
+        auto const length = utf8_length(rest);
+        auto const code = code_point(rest, length);
+        auto const kind = kind_of_character(code);
+        if (kind == CharacterKind::mark || kind == CharacterKind::joining)
+            ++on_it;
+        else
+            on_it = kind == CharacterKind::visible ? 0 : max_on_one;
+        bool const changes_nothing = kind == CharacterKind::joining && is_letter(last);
+        if (kind == CharacterKind::hidden || on_it > max_on_one || changes_nothing)
             return std::nullopt;
-        rest.remove_prefix(next.length);
+        line += kind == CharacterKind::space ? " " : rest.substr(0, length);
+        last = code;
+        rest.remove_prefix(length);
     }
-    if (characters > max_characters)
+    if (last == zero_width_non_joiner || last == zero_width_joiner)
+        return std::nullopt;
+    text = trim(line);
+    if (text.empty() || characters > max_characters)
         return std::nullopt;
     return std::string(text);
 }

@@ -22,8 +22,9 @@ std::string read_class_code(std::string_view typed);
 std::string make_class_token(RandomBytes const& random);
 
 /// A line that people write for others, without blanks at its ends. None: it is empty or longer than
-/// `max_characters`, is not UTF-8, or has characters that control terminals, turn the direction of writing,
-/// or are invisible, so that one name could look like another.
+/// `max_characters`, is not UTF-8, or has characters that are not seen where they are (`CharacterKind`), so
+/// that one name could look like another, or a heap of accents on one. Spaces of all kinds become that of
+/// ASCII.
 std::optional<std::string> line_of_person(std::string_view text, std::size_t max_characters);
 
 /// Whether a text can be the address of a world: `<scheme>:...<file>.wbt`. Whether that world may run is for

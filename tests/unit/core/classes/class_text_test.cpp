@@ -69,8 +69,32 @@ BOOST_AUTO_TEST_CASE(a_name_is_not_empty_invisible_or_misleading)
          {"", "   ", "a\nb", "a\tb", "\x1b[31m", "\xc2\x85", "Ada\xe2\x80\xae", "\xe2\x80\x8b",
           "A\xe2\x80\xa8"
           "B",
-          "\xef\xbb\xbf", "\xe2\x81\xa6x", "\xe3\x85\xa4", "\xc3\x28", "\xf3\xa0\x81\x81", "x\xc2\xad"})
+          "\xef\xbb\xbf", "\xe2\x81\xa6x", "\xe3\x85\xa4", "\xc3\x28", "\xf3\xa0\x81\x81", "x\xc2\xad",
+          // a pattern of Braille without dots; spaces alone, of several kinds; joiners that join nothing
+          "\u2800", "Ada\u2800", "\u3000", "\u00a0\u2003", "\u202f", "\u200d", "Ada\u200d", "A\u200cda",
+          "A\ufe0f",
+          // what has no character to be on, and what is no character yet
+          "\u0301", " \u0301", "A \u0301", "\u034f", "a\u034f", "\u17b4", "\ue000", "\u0378", "\U0001343f",
+          "Z\u0301\u0302\u0303\u0304\u0305"})
         BOOST_TEST(!line_of_person(name, 40), name);
+    std::string heap = "Z";
+    for (int i = 0; i < 38; ++i)
+        heap += "\u0301";
+    BOOST_TEST(!line_of_person(heap, 40));
+}
+
+BOOST_AUTO_TEST_CASE(names_of_all_scripts_are_names)
+{
+    for (auto const* name :
+         {"Nguy\u1ec5n Th\u1ecb Minh Khai", "Nguye\u0302\u0303n", "\u0e1b\u0e34\u0e48\u0e19", // marks of Thai
+          "\u0645\u06cc\u200c\u0631\u0648\u062f", "\u0915\u094d\u200d\u0937", // joiners of Persian and Hindi
+          "\U0001f469\u200d\U0001f680", "\u2764\ufe0f\u200d\U0001f525",
+          "1\ufe0f\u20e3", // emoji of several parts
+          "\U0001fae8", "\U0001f1e8\U0001f1ed", "\u1e9e", "O\u2019Neil",
+          "X \u00c6 A-12"}) // one of Unicode 15; a flag
+        BOOST_TEST(line_of_person(name, 40).value_or("") == name, name);
+    BOOST_TEST(line_of_person("\u674e\u3000\u660e\u00a0", 40).value_or("") ==
+               "\u674e \u660e"); // the space of Japanese keyboards
 }
 
 BOOST_AUTO_TEST_CASE(a_world_has_an_address)
