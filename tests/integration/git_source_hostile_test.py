@@ -343,6 +343,15 @@ class HostileServerTest(GitCase):
                     answer = self.probe.fetch(f"evil/{name}/blob/main/{WORLDS}")
                     self.assertEqual(answer["error"], f"{hostile.url}: the answer of the git server has more than 256 kB of headers.")
 
+    def test_pieces_with_more_around_them_than_in_them_are_refused(self):
+        hostile = HostileGitServer({})
+        self.addCleanup(hostile.close)
+        self.fetch_from(hostile.url)
+        for name in ("extension", "pack-extension"):
+            with self.subTest(name):
+                answer = self.probe.fetch(f"evil/{name}/blob/main/{WORLDS}")
+                self.assertEqual(answer["error"], f"{hostile.url}: the answer of the git server is hardly anything but what separates its pieces.")
+
     def test_what_a_pack_becomes_is_paid_for_before_it_is_there(self):
         memory = ("--memory", str(200 << 20))
         for make in (pack_of_deltas, pack_of_folders, pack_of_waiting_deltas):

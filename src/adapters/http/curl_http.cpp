@@ -23,6 +23,9 @@ using core::concat;
 
 constexpr int max_redirects = 3;
 constexpr std::uint64_t max_other_answer = 64 * 1024;
+/// Of what surrounds the pieces of a body (lengths, extensions), for each byte of it, and besides.
+constexpr std::uint64_t max_framing_ratio = 8; // a piece of one byte has five
+constexpr std::uint64_t max_framing = 1 << 20;
 
 bool is_set(std::atomic<bool> const* flag)
 {
@@ -36,6 +39,7 @@ struct Exchange
     CurlLimits const& limits;
     CURL* curl = nullptr;
     std::uint64_t received = 0;
+    std::uint64_t on_the_wire = 0; ///< With what surrounds the pieces of the body.
     std::uint64_t header_bytes = 0;
     bool heard_enough = false; ///< Of an answer whose status says it all.
     result<> outcome{};
@@ -96,6 +100,19 @@ std::size_t on_header(char*, std::size_t, std::size_t count, void* user)
             errc::too_large, concat("the answer of ", exchange.request.peer, " has more than ",
                                     std::to_string(exchange.limits.header_bytes >> 10), " kB of headers"));
     return exchange.outcome && !exchange.must_stop() ? count : 0;
+}
+
+/// Sees what libcurl leaves out of a body that comes in pieces, and for which it has no limit.
+int on_data(CURL*, curl_infotype type, char*, std::size_t count, void* user)
+{
+    auto& exchange = *static_cast<Exchange*>(user);
+    if (type == CURLINFO_DATA_IN)
+        exchange.on_the_wire += count;
+    if (exchange.on_the_wire > max_framing_ratio * exchange.received + max_framing && exchange.outcome)
+        exchange.outcome =
+            Failure(errc::too_large, concat("the answer of ", exchange.request.peer,
+                                            " is hardly anything but what separates its pieces"));
+    return 0;
 }
 
 int on_progress(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t)
@@ -237,6 +254,9 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
     curl_easy_setopt(curl_, CURLOPT_WRITEDATA, &exchange);
     curl_easy_setopt(curl_, CURLOPT_HEADERFUNCTION, on_header);
     curl_easy_setopt(curl_, CURLOPT_HEADERDATA, &exchange);
+    curl_easy_setopt(curl_, CURLOPT_DEBUGFUNCTION, on_data);
+    curl_easy_setopt(curl_, CURLOPT_DEBUGDATA, &exchange);
+    curl_easy_setopt(curl_, CURLOPT_VERBOSE, 1L); // or that is not called
     curl_easy_setopt(curl_, CURLOPT_NOPROGRESS, 0L);
     curl_easy_setopt(curl_, CURLOPT_XFERINFOFUNCTION, on_progress);
     curl_easy_setopt(curl_, CURLOPT_XFERINFODATA, &exchange);
