@@ -305,7 +305,7 @@ HttpConnection::Next HttpConnection::give(HttpResponse const& response, Incoming
     if (response.status >= 400 && response.status != 429)
         context_.log.warning(LogCause("answer", client()),
                              concat(std::to_string(response.status), " ", request.method, " ",
-                                    core::printable(core::without_token(request.path), 200), " (", client(),
+                                    core::printable(core::without_keys(request.path), 200), " (", client(),
                                     ")"));
     bool const stays_open = reader_.keep_alive() && !stopping_;
     if (response.shared) {

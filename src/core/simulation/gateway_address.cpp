@@ -63,10 +63,20 @@ bool is_gateway_path(std::string_view path) noexcept
            path.substr(digits_end).starts_with(folder);
 }
 
-std::string_view without_token(std::string_view path) noexcept
+std::string_view without_keys(std::string_view path) noexcept
 {
-    auto const found = path.find(folder);
-    return found == std::string_view::npos ? path : path.substr(0, found + folder.size());
+    constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+    constexpr std::size_t shortest_key = 22; // 128 bits in base64url
+    if (auto const found = path.find(folder); found != std::string_view::npos)
+        path = path.substr(0, found + folder.size());
+    for (std::size_t begin = 0; begin < path.size();) {
+        begin = std::min(path.size(), path.find_first_of(letters, begin));
+        auto const end = std::min(path.size(), path.find_first_not_of(letters, begin));
+        if (end - begin >= shortest_key)
+            return path.substr(0, begin);
+        begin = end;
+    }
+    return path;
 }
 
 } // namespace webots_cloud::core

@@ -45,7 +45,8 @@ std::string webots_gateway_message(std::string_view base, std::string_view token
 /// (`/2000/simulation/`, `/machine/abc/simulation/`), of one behind it.
 bool is_gateway_path(std::string_view path) noexcept;
 
-/// A path as it may be shown in logs: without what follows `/simulation/`, which is a key to a simulation.
-std::string_view without_token(std::string_view path) noexcept;
+/// The beginning of a path that may be shown in logs: up to what follows `/simulation/`, which is a key to a
+/// simulation, and to whatever has the length of a key: tickets, wherever in a path they are.
+std::string_view without_keys(std::string_view path) noexcept;
 
 } // namespace webots_cloud::core

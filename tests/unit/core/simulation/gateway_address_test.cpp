@@ -120,10 +120,16 @@ BOOST_AUTO_TEST_CASE(an_address_that_a_gateway_says_is_taken_as_it_is_or_not_at_
 
 BOOST_AUTO_TEST_CASE(logs_show_no_token)
 {
-    BOOST_TEST(without_token("/simulation/secret/2001/x") == "/simulation/");
-    BOOST_TEST(without_token("/2000/simulation/secret/2001/x") == "/2000/simulation/");
-    BOOST_TEST(without_token("/simulation") == "/simulation");
-    BOOST_TEST(without_token("/client") == "/client");
+    BOOST_TEST(without_keys("/simulation/secret/2001/x") == "/simulation/");
+    BOOST_TEST(without_keys("/2000/simulation/secret/2001/x") == "/2000/simulation/");
+    BOOST_TEST(without_keys("/simulation") == "/simulation");
+    BOOST_TEST(without_keys("/client") == "/client");
+    std::string const ticket(22, 'k');
+    for (auto const* const before :
+         {"/ticket/", "/ticket//", "/Ticket/", "/2000/ticket/", "/%74icket/", "/x?", "/"})
+        BOOST_TEST(without_keys(before + ticket + "/clien") == before);
+    BOOST_TEST(without_keys("/twenty-one-characters/not_found.html") ==
+               "/twenty-one-characters/not_found.html");
 }
 
 BOOST_AUTO_TEST_SUITE_END()
