@@ -110,8 +110,7 @@ private:
     std::uint64_t total_ = 0;                              ///< Bytes to receive.
     std::optional<core::IpAddress> home_;                  ///< Of the forge, or of the proxy to it.
     std::mutex hosts_mutex_;
-    std::unordered_map<std::string, result<>>
-        hosts_; ///< What was asked for behind a proxy: whether it may be.
+    std::unordered_map<std::string, result<>> hosts_; ///< Of a proxy: whether they may be asked.
 
     // What the threads that receive share.
     std::atomic<std::size_t> next_{0};
