@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Starts and stops the servers of this folder, building them first if need be: session server, simulation server, and the example of a
 # website that starts simulations. Or makes Debian packages of the two servers, and installs them as services of this machine.
+[ -n "${BASH_VERSION-}" ] || exec bash "$0" "$@" # sh server.sh
 set -euo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")"
+cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" # of the script, where this is a link to it
 source cmake/packages/install.sh
 
 programs=$PWD/build/release/bin
@@ -48,8 +49,11 @@ main()
         return
     fi
     ordinary log folder
-    mkdir -p log
+    mkdir -p log 2>/dev/null || fail "The folder log can't be made in $PWD: may $(id -un) write there?"
     ordinary log/.server.lock
+    [[ -w log && ( ! -e log/.server.lock || -w log/.server.lock ) ]] ||
+        fail "The folder log belongs to $(stat -c %U log), who has started servers here. Run this as $(stat -c %U log); or let them run" \
+            "./server.sh stop, and then: sudo chown -R $(id -un): log"
     exec {lock}>log/.server.lock
     flock "$lock" # one of us at a time
 
@@ -136,10 +140,13 @@ make_teacher_password()
     file=$(setting "$1" teacherPasswordFile)
     [[ $file == log/* && $file != *..* ]] || return 0
     ordinary "$file"
-    [[ ! -e $file ]] || return 0
+    [[ ! -s $file ]] || return 0
     letters=$(head -c 1000 /dev/urandom | LC_ALL=C tr -dc a-hjkmnp-z) # some 90, none of which looks like another
     [[ ${#letters} -ge 12 ]] || fail "No password for teachers could be made: /dev/urandom gave no letters."
-    (umask 077 && echo "${letters:0:4}-${letters:4:4}-${letters:8:4}" >"$file")
+    (umask 077 && echo "${letters:0:4}-${letters:4:4}-${letters:8:4}" >"$file.new") 2>/dev/null && mv -f "$file.new" "$file" || {
+        rm -f "$file.new"
+        fail "The password for teachers can't be written to $file: is the disk full?"
+    }
 }
 
 make_packages()

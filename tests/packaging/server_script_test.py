@@ -20,6 +20,7 @@ import unittest
 import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.disks import mount_small_disk  # noqa: E402
 from support.machine import Machine  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.waiting import wait_until  # noqa: E402
@@ -74,9 +75,9 @@ class ServerScriptTest(unittest.TestCase):
     def environment(self):
         return {"PATH": f"{self.path('bin')}:{os.environ['PATH']}", "HOME": self.path("tmp"), "TMPDIR": self.path("tmp")}
 
-    def run_script(self, *arguments):
+    def run_script(self, *arguments, command=("./server.sh",), user=None):
         """Returns exit status, standard output and standard error."""
-        done = subprocess.run(["./server.sh", *arguments], cwd=self.folder, env=self.environment(), text=True, timeout=120,
+        done = subprocess.run([*command, *arguments], cwd=self.folder, env=self.environment(), text=True, timeout=120, user=user,
                               stdin=subprocess.DEVNULL, capture_output=True)
         return done.returncode, done.stdout, done.stderr
 
@@ -497,6 +498,52 @@ class Stopping(ServerScriptTest):
         self.assertEqual((status, output), (1, ""))
         self.assertIn("the certificate /nope.pem can't be used: No such file or directory", errors)
         self.assertTrue(is_running(self.pid("session")) and is_running(self.pid("simulation")))
+
+
+class Places(ServerScriptTest):
+    def test_sh_and_a_link_start_it_as_well(self):
+        link = self.path("tmp/link")
+        os.symlink(self.path("server.sh"), link)
+        for command in (["sh", self.path("server.sh")], [link]):
+            status, output, errors = self.run_script("status", command=command)
+            self.assertEqual((status, errors), (3, ""), output)
+
+    def test_a_checkout_keeps_its_line_ends(self):
+        checkout = os.path.dirname(SCRIPT)
+        if not os.path.exists(os.path.join(checkout, ".git")) or not shutil.which("git"):
+            self.skipTest("this is no checkout of git")
+        copy = self.path("copy")
+        made = subprocess.run(["git", "clone", "-q", "-c", "core.autocrlf=true", checkout, copy], capture_output=True, text=True)
+        if made.returncode != 0:
+            self.skipTest(f"git can't clone the checkout: {made.stderr}")
+        with open(os.path.join(copy, "server.sh"), "rb") as file:
+            self.assertNotIn(b"\r", file.read())
+
+    @unittest.skipIf(os.geteuid() != 0, "only root can run it as somebody else, and mount a disk")
+    def test_a_folder_of_another_user_is_told_with_the_remedy(self):
+        os.makedirs(self.path("log"))
+        os.chmod(self.folder, 0o755)
+        status, _, errors = self.run_script("start", user="nobody")
+        self.assertEqual(status, 1)
+        self.assertIn("The folder log belongs to root, who has started servers here.", errors)
+        self.assertIn("sudo chown -R nobody: log", errors)
+
+    def test_a_full_disk_leaves_no_empty_password(self):
+        os.makedirs(self.path("log"))
+        mount_small_disk(self, self.path("log"), "64k")
+        self.configure("local", ("session",), teacherPasswordFile="log/.teacher-password")
+        with open(self.path("log/filler"), "wb") as file, self.assertRaises(OSError):
+            while True:
+                os.write(file.fileno(), bytes(4096))
+        status, _, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        self.assertIn("can't be written to log/.teacher-password: is the disk full?", errors)
+        self.assertFalse(os.path.exists(self.path("log/.teacher-password")))
+        os.remove(self.path("log/filler"))
+        self.write("log/.teacher-password", "")  # as an older version has left it
+        self.start()
+        with open(self.path("log/.teacher-password")) as file:
+            self.assertRegex(file.read(), r"^[a-z]{4}-[a-z]{4}-[a-z]{4}\n$")
 
 
 def main():
