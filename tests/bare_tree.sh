@@ -91,15 +91,15 @@ inside()
     grep -qx 'Open http://localhost:1999/viewer/' "$folder/start.log" || fail "It did not print the address to open."
     expect /viewer/ '<html'
     expect /monitor 'localhost:2000'
-    expect /session 'ws://localhost:2000'
+    expect /session 'ws://localhost:1999' # whence the session server passes browsers on
 
     step "./server.sh start, again"
     in_tree ./server.sh start | tee "$folder/start.log"
-    [[ $(grep -c 'is already running' "$folder/start.log") -eq 2 ]] || fail "It did not say that both are running."
+    [[ $(grep -c 'is already running' "$folder/start.log") -eq 3 ]] || fail "It did not say that all three are running."
 
     step "./server.sh stop"
     in_tree ./server.sh stop | tee "$folder/stop.log"
-    [[ $(grep -c '^Stopped ' "$folder/stop.log") -eq 2 ]] || fail "It did not stop both."
+    [[ $(grep -c '^Stopped ' "$folder/stop.log") -eq 3 ]] || fail "It did not stop all three."
 
     step "./test.sh ${*:4}"
     in_tree ./test.sh "${@:4}"

@@ -20,6 +20,9 @@ proxies=()
 for name in http_proxy https_proxy no_proxy; do
     [[ -z ${!name-} ]] || proxies+=("$name=${!name}")
 done
+# The authorities of a proxy that looks into what npm fetches; a copy in the tree.
+authorities=/etc/authorities_for_npm.pem
+[[ -z ${NODE_EXTRA_CA_CERTS-} ]] || proxies+=("NODE_EXTRA_CA_CERTS=$authorities")
 
 # make_bare_debian SUITE FOLDER [PACKAGE,...]: one that finds its way to the internet, with these packages.
 make_bare_debian()
@@ -27,6 +30,7 @@ make_bare_debian()
     debootstrap --variant=minbase ${3:+"--include=$3"} "$1" "$2" "$(mirror)" >"$2.log" 2>&1 || { tail "$2.log" && exit 1; }
     rm "$2.log"
     cp --dereference /etc/resolv.conf /etc/hosts "$2/etc/"
+    [[ -z ${NODE_EXTRA_CA_CERTS-} ]] || cp --dereference "$NODE_EXTRA_CA_CERTS" "$2$authorities"
 }
 
 step()
