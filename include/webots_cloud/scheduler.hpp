@@ -493,8 +493,10 @@ public:
     /// placements that no browser has claimed yet: machines that they fill are `full`, `memory` or
     /// `committed`, as for those who can wait (`PlacementRequest::only_free`). O(1).
     std::array<std::size_t, refusal_count> refusals(TimePoint now) const;
-    /// The same of one machine; `unknown` where it is not in the list. O(1).
-    Refusal refusal_of(std::string_view server, TimePoint now) const;
+    /// The same of one machine, for a session that needs these labels; `unknown` where it is not in the list.
+    /// O(1).
+    Refusal refusal_of(std::string_view server, TimePoint now,
+                       std::vector<std::string> const& labels = {}) const;
 
     /// Keeps so many of the free seats for place_held(), such as those of a class that is about to begin:
     /// while no more are free, place() fails. 0, as at first, holds nothing. Replaces what was held before:

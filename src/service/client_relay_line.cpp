@@ -149,7 +149,8 @@ bool ClientRelay::may_be_taken(Browser const& browser, TimePoint now) const
     auto const* const refusals = browser.refusals.get();
     return !refusals || std::any_of(machines_.begin(), machines_.end(), [&](auto const& machine) {
         auto const& entry = machine.first;
-        return takes_sessions_later(scheduler_.refusal_of(entry, now)) && !refusals->is_by(entry);
+        return takes_sessions_later(scheduler_.refusal_of(entry, now, refusals->needs)) &&
+               !refusals->is_by(entry);
     });
 }
 

@@ -222,10 +222,13 @@ std::uint64_t Fleet::placed(std::string_view server) const
     return before == departed_by_name_.end() ? 0 : before->second->placed;
 }
 
-Refusal Fleet::obstacle_of(std::string_view server) const noexcept
+Refusal Fleet::obstacle_of(std::string_view server, std::vector<std::string> const& labels) const noexcept
 {
     auto const found = slots_.find(server);
-    return found == slots_.end() ? Refusal::unknown : by_slot_[found->second]->obstacle();
+    if (found == slots_.end())
+        return Refusal::unknown;
+    auto const& machine = *by_slot_[found->second];
+    return machine.is_known() && !machine.has_labels(labels) ? Refusal::labels : machine.obstacle();
 }
 
 void Fleet::expire(TimePoint now) noexcept

@@ -48,7 +48,7 @@ public:
     std::array<std::size_t, refusal_count> const& refused() const noexcept { return refused_; }
     /// The same by Machine::obstacle().
     std::array<std::size_t, refusal_count> const& obstacles() const noexcept { return obstacles_; }
-    Refusal obstacle_of(std::string_view server) const noexcept;
+    Refusal obstacle_of(std::string_view server, std::vector<std::string> const& labels) const noexcept;
     /// How many more sessions those offered have room for.
     std::size_t free_seats() const noexcept { return free_seats_; }
     /// Of a session of that world, relative to the average one.

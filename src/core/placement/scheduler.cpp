@@ -412,10 +412,11 @@ std::array<std::size_t, refusal_count> Scheduler::refusals(TimePoint now) const
     return impl_->fleet.obstacles();
 }
 
-Refusal Scheduler::refusal_of(std::string_view server, TimePoint now) const
+Refusal Scheduler::refusal_of(std::string_view server, TimePoint now,
+                              std::vector<std::string> const& labels) const
 {
     impl_->fleet.expire(now);
-    return impl_->fleet.obstacle_of(server);
+    return impl_->fleet.obstacle_of(server, labels);
 }
 
 void Scheduler::hold(std::size_t seats) noexcept

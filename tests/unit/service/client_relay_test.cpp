@@ -674,6 +674,25 @@ BOOST_AUTO_TEST_CASE(labels_that_no_machine_has_are_said_at_once)
     BOOST_TEST(browser.close_code.has_value());
 }
 
+BOOST_AUTO_TEST_CASE(where_the_only_machine_with_the_labels_refuses_its_word_is_told)
+{
+    Fixture fixture(relaying(), {"a:2000", "b:2000"});
+    ServerSpec with_label("b:2000");
+    with_label.labels = {"gpu"};
+    fixture.service.set_servers({ServerSpec("a:2000"), with_label});
+    fixture.has_room("b:2000", 2);
+    fixture.has_room("a:2000", 9);
+    auto& browser = fixture.start();
+    fixture.machine("a:2000").says("refusal: needs gpu");
+    fixture.machine("a:2000").says(std::string(refused));
+    fixture.world.settle();
+    fixture.machine("b:2000").says("refusal: machine");
+    fixture.machine("b:2000").says("loading: Error: The disk is full.");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == "loading: Error: The disk is full.");
+    BOOST_TEST(browser.close_code.has_value(), "it waits for a machine that has no such label");
+}
+
 BOOST_AUTO_TEST_CASE(labels_stay_needed_when_the_next_machine_is_full)
 {
     Fixture fixture(relaying(), {"a:2000", "b:2000", "c:2000"});
