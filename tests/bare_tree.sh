@@ -80,26 +80,34 @@ mount_tree()
     mount --rbind /sys "$folder/sys"
 }
 
-# In the namespaces: the proof itself.
+# In the namespaces: the proof itself. The tree becomes their root: with chroot alone the kernel would refuse user namespaces, and with them
+# the sandboxes.
 inside()
 {
     mount_tree "$1"
+    cd "$1"
+    mkdir former
+    pivot_root . former
+    cd /
+    umount --lazy /former
+    rmdir /former
+    folder=
     in_tree bash -c "$3"
     [[ $2 == root ]] || become "$2"
     step "./server.sh start"
-    in_tree ./server.sh start | tee "$folder/start.log"
-    grep -qx 'Open http://localhost:1999/viewer/' "$folder/start.log" || fail "It did not print the address to open."
+    in_tree ./server.sh start | tee "$folder/tmp/start.log"
+    grep -qx 'Open http://localhost:1999/viewer/' "$folder/tmp/start.log" || fail "It did not print the address to open."
     expect /viewer/ '<html'
     expect /monitor 'localhost:2000'
     expect /session 'ws://localhost:1999' # whence the session server passes browsers on
 
     step "./server.sh start, again"
-    in_tree ./server.sh start | tee "$folder/start.log"
-    [[ $(grep -c 'is already running' "$folder/start.log") -eq 3 ]] || fail "It did not say that all three are running."
+    in_tree ./server.sh start | tee "$folder/tmp/start.log"
+    [[ $(grep -c 'is already running' "$folder/tmp/start.log") -eq 3 ]] || fail "It did not say that all three are running."
 
     step "./server.sh stop"
-    in_tree ./server.sh stop | tee "$folder/stop.log"
-    [[ $(grep -c '^Stopped ' "$folder/stop.log") -eq 3 ]] || fail "It did not stop all three."
+    in_tree ./server.sh stop | tee "$folder/tmp/stop.log"
+    [[ $(grep -c '^Stopped ' "$folder/tmp/stop.log") -eq 3 ]] || fail "It did not stop all three."
 
     step "./test.sh ${*:4}"
     in_tree ./test.sh "${@:4}"
@@ -153,7 +161,7 @@ inside-install()
 
 in_tree()
 {
-    chroot --userspec "$user" "$folder" env -i -C "$checkout" "HOME=$home" PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+    chroot --userspec "$user" "$folder/" env -i -C "$checkout" "HOME=$home" PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
         CI=true "${proxies[@]}" "$@" </dev/null
 }
 

@@ -137,15 +137,21 @@ int reap_until_end(pid_t program, int end_signal, sigset_t const& watched)
     }
 }
 
-/// Runs as the first process of the namespace. `report` is a pipe to the guard; its other end closes when the
-/// guard dies.
-[[noreturn]] void run_as_first_process(Program const& argument, Execute execute, int report, pid_t number,
-                                       char mounts)
+/// Ends the calling process with the guard, even if that has died already. `report` is a pipe to the guard,
+/// whose other end closes then.
+void die_with_guard(int report)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     pollfd guard{report, 0, 0};
     if (poll(&guard, 1, 0) != 0) // it died before the call above
         _exit(1);
+}
+
+/// Runs as the first process of the namespace.
+[[noreturn]] void run_as_first_process(Program const& argument, Execute execute, int report, pid_t number,
+                                       char mounts)
+{
+    die_with_guard(report); // again: the kernel forgets it when a process gets other rights
     if (argument.own_displays && (mounts & has_own_displays) == 0)
         _exit(1);
     sigset_t watched;
@@ -194,6 +200,7 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
     started.error = child < 0 ? errno : EPERM;
     if (child == 0) {
         close(ends[0]);
+        die_with_guard(ends[1]); // first of all: what follows may wait for the guard
         if ((flags & CLONE_NEWUSER) != 0 && !map_user_and_group(user, group))
             _exit(1);
         if (auto const failure = network.complete_inside(); failure != NetworkFailure::nothing)
