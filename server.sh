@@ -51,9 +51,7 @@ main()
     ordinary log folder
     mkdir -p log 2>/dev/null || fail "The folder log can't be made in $PWD: may $(id -un) write there?"
     ordinary log/.server.lock
-    [[ -w log && ( ! -e log/.server.lock || -w log/.server.lock ) ]] ||
-        fail "The folder log belongs to $(stat -c %U log), who has started servers here. Run this as $(stat -c %U log); or let them run" \
-            "./server.sh stop, and then: sudo chown -R $(id -un): log"
+    [[ -w log && ( ! -e log/.server.lock || -w log/.server.lock ) ]] || tell_owner
     exec {lock}>log/.server.lock
     flock "$lock" # one of us at a time
 
@@ -74,6 +72,16 @@ main()
     [[ $verb == start ]] || stop ""
     start "$name"
     show_website "$(config website_host "$name")"
+}
+
+# The folder log can't be written.
+tell_owner()
+{
+    local owner
+    owner=$(stat -c %U log)
+    [[ $owner != "$(id -un)" ]] || fail "Nothing can be written to $PWD/log: is the disk read-only?"
+    fail "The folder log belongs to $owner, who has started servers here. Run this as $owner; or let them run ./server.sh stop," \
+        "and then: sudo chown -R $(id -un): log"
 }
 
 # All that can go wrong before a server is started or stopped.
