@@ -24,6 +24,10 @@ inline std::string base64(std::string_view bytes)
     return text;
 }
 
+/// The digits of `base64url`, by their value.
+inline constexpr std::string_view base64url_digits =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+
 /// With `-` and `_` for `+` and `/`, and no `=` at the end.
 inline std::string base64url(std::string_view bytes)
 {
@@ -38,12 +42,11 @@ inline std::string base64url(std::string_view bytes)
 /// belong to no byte are ignored.
 inline std::optional<std::string> base64url_bytes(std::string_view text)
 {
-    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
     std::string bytes;
     std::uint32_t bits = 0;
     int count = 0;
     for (char const c : text) {
-        auto const digit = digits.find(c);
+        auto const digit = base64url_digits.find(c);
         if (digit == std::string_view::npos)
             return std::nullopt;
         bits = (bits << 6) | static_cast<std::uint32_t>(digit);

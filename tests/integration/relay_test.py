@@ -368,9 +368,7 @@ class Returns(Relay):
         browser.socket.transport.write(b"\x88\x02\x03\xe9")  # as Caddy: 1001, not masked, and the end
         browser.socket.transport.close()
         await asyncio.to_thread(wait_until, lambda: "it may return for 30.0 s" in machine.log(), machine.log)
-        told = len(browser.told)
-        await browser.come_back(reconnect=token)
-        self.assertEqual(await browser.hear("webots:", since=told), address)
+        self.assertEqual(await browser.find_again(token), address)
         self.assertEqual(set(machine.simulators()), simulators, "nothing was started anew")
         await browser.leave()
         await asyncio.to_thread(machine.wait_until_clean)
@@ -383,9 +381,7 @@ class Returns(Relay):
         self.assertEqual(await asyncio.to_thread(session.stop), 0)
         self.assertEqual(await browser.hear_end(), 1012)
         await asyncio.to_thread(session.start)
-        told = len(browser.told)
-        await browser.come_back(reconnect=token)
-        self.assertEqual(await browser.hear("webots:", since=told), address)
+        self.assertEqual(await browser.find_again(token), address)
         self.assertEqual(set(machine.simulators()), simulators, "nothing was started anew")
         await browser.leave()
         await asyncio.to_thread(machine.wait_until_clean)
@@ -398,9 +394,7 @@ class Returns(Relay):
         session.process.wait()
         await browser.hear_end()
         await asyncio.to_thread(session.start)
-        told = len(browser.told)
-        await browser.come_back(reconnect=token)
-        self.assertEqual(await browser.hear("webots:", since=told), address)
+        self.assertEqual(await browser.find_again(token), address)
 
     async def test_a_token_leads_to_machines_of_the_list_alone(self):
         machine = self.machine()

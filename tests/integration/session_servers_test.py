@@ -92,9 +92,7 @@ class OneDies(Site):
         self.kill(one)
         await browser.hear_end()
         browser.server = other
-        told = len(browser.told)
-        await browser.come_back(reconnect=token)
-        self.assertEqual(await browser.hear("webots:", since=told), address)
+        self.assertEqual(await browser.find_again(token), address)
         self.assertEqual(set(machine.simulators()), simulators, "nothing was started anew")
         await browser.leave()
         await asyncio.to_thread(machine.wait_until_clean)

@@ -19,7 +19,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import LOCAL, PATIENCE, WORLD, websockets  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
-EXPIRED = "loading: Error: The ticket for this simulation has expired: please start again. If each one has, the clocks of this site's machines differ."
+EXPIRED = "loading: Error: The ticket for this simulation has expired: please start again. If that happens every time, the clocks of this site's machines differ."
 MISSING = "loading: Error: Simulations of this site start through its session server: please start again from the site's own page."
 UNKNOWN = "loading: Error: This machine does not know the ticket of its session server: its operator finds the reason in the log."
 USED = "loading: Error: The ticket for this simulation has been used: please start again."

@@ -73,6 +73,12 @@ class Visitor:
         await self.open(self.server.url.replace("http", "ws", 1))
         await self.say(**message)
 
+    async def find_again(self, token):
+        """Returns to the simulation of a token, and the address that it is told for it."""
+        told = len(self.told)
+        await self.come_back(reconnect=token)
+        return await self.hear("webots:", since=told)
+
     def find(self, beginning, since=0):
         """The first text from number `since` on that begins so, or None."""
         return next((text for text in self.told[since:] if text.startswith(beginning)), None)

@@ -109,8 +109,6 @@ private:
     std::unordered_map<std::string, std::size_t> numbers_; ///< In `found_`, by what is unique of a pointer.
     std::uint64_t total_ = 0;                              ///< Bytes to receive.
     std::optional<core::IpAddress> home_;                  ///< Of the forge, or of the proxy to it.
-    std::mutex hosts_mutex_;
-    std::unordered_map<std::string, result<>> hosts_; ///< Of a proxy: whether they may be asked.
 
     // What the threads that receive share.
     std::atomic<std::size_t> next_{0};
@@ -118,6 +116,9 @@ private:
     std::mutex mutex_;
     std::uint64_t received_ = 0; ///< Guarded by the mutex, as is the next one.
     result<> outcome_;
+    std::mutex hosts_mutex_;
+    /// Hosts behind a proxy, and whether they may be asked. Guarded by the mutex before.
+    std::unordered_map<std::string, result<>> hosts_;
 };
 
 // ---- words -------------------------------------------------------------------------------------------

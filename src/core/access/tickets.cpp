@@ -65,9 +65,8 @@ std::string_view refusal(TicketVerdict verdict) noexcept
         return "This machine does not know the ticket of its session server: its operator finds the reason "
                "in the log.";
     case TicketVerdict::expired:
-        return "The ticket for this simulation has expired: please start again. If each one has, the clocks "
-               "of this "
-               "site's machines differ.";
+        return "The ticket for this simulation has expired: please start again. "
+               "If that happens every time, the clocks of this site's machines differ.";
     case TicketVerdict::used:
         return "The ticket for this simulation has been used: please start again.";
     case TicketVerdict::too_many:

@@ -29,8 +29,7 @@ std::int64_t milliseconds_of(WallTime time)
 bool is_receiver(std::string_view name)
 {
     return !name.empty() && name.size() <= max_receiver &&
-           name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_") ==
-               std::string_view::npos;
+           name.find_first_not_of(base64url_digits) == std::string_view::npos;
 }
 
 /// `host:port` or `host/port`, with a port from 1 to 65535.

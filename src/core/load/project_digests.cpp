@@ -1,11 +1,12 @@
 #include "project_digests.hpp"
 
+#include "core/base64.hpp"
+
 #include <array>
 
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 constexpr unsigned bits_of_digit = 6;
 constexpr unsigned bits_of_digest = 32;
 constexpr std::uint8_t no_digit = 0xff;
@@ -15,8 +16,8 @@ constexpr std::array<std::uint8_t, 256> make_values()
 {
     std::array<std::uint8_t, 256> values{};
     values.fill(no_digit);
-    for (std::size_t value = 0; value != digits.size(); ++value)
-        values[static_cast<unsigned char>(digits[value])] = static_cast<std::uint8_t>(value);
+    for (std::size_t value = 0; value != base64url_digits.size(); ++value)
+        values[static_cast<unsigned char>(base64url_digits[value])] = static_cast<std::uint8_t>(value);
     return values;
 }
 
@@ -34,10 +35,10 @@ std::string write_digests(std::vector<std::uint32_t> const& digests)
         bits = bits << bits_of_digest | digest;
         count += bits_of_digest;
         for (; count >= bits_of_digit; count -= bits_of_digit)
-            text += digits[bits >> (count - bits_of_digit) & 63];
+            text += base64url_digits[bits >> (count - bits_of_digit) & 63];
     }
     if (count != 0)
-        text += digits[bits << (bits_of_digit - count) & 63];
+        text += base64url_digits[bits << (bits_of_digit - count) & 63];
     return text;
 }
 

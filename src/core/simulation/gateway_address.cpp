@@ -1,5 +1,6 @@
 #include "gateway_address.hpp"
 
+#include "core/base64.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
@@ -65,13 +66,12 @@ bool is_gateway_path(std::string_view path) noexcept
 
 std::string_view without_keys(std::string_view path) noexcept
 {
-    constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
     constexpr std::size_t shortest_key = 22; // 128 bits in base64url
     if (auto const found = path.find(folder); found != std::string_view::npos)
         path = path.substr(0, found + folder.size());
     for (std::size_t begin = 0; begin < path.size();) {
-        begin = std::min(path.size(), path.find_first_of(letters, begin));
-        auto const end = std::min(path.size(), path.find_first_not_of(letters, begin));
+        begin = std::min(path.size(), path.find_first_of(base64url_digits, begin));
+        auto const end = std::min(path.size(), path.find_first_not_of(base64url_digits, begin));
         if (end - begin >= shortest_key)
             return path.substr(0, begin);
         begin = end;
