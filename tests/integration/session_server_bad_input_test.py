@@ -2,6 +2,7 @@
 """Broken and hostile clients do not affect others: raw sockets, TLS, and limits."""
 
 import asyncio
+import contextlib
 import json
 import os
 import re
@@ -305,6 +306,56 @@ class Tls(unittest.IsolatedAsyncioTestCase):
                 exchange(server, os.urandom(3000))
                 self.assertEqual(server.get("/load"), "-1")
                 self.assertEqual(read_all(silent), b"", "a handshake has a deadline")
+
+    async def test_a_handshake_may_come_byte_by_byte(self):
+        incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
+        client = self.context().wrap_bio(incoming, outgoing, server_hostname="localhost")
+        with self.server() as server, connect(server) as connection:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            while True:
+                try:
+                    client.do_handshake()
+                    break
+                except ssl.SSLWantReadError:
+                    for byte in outgoing.read():
+                        connection.sendall(bytes([byte]))
+                    incoming.write(connection.recv(65536))
+            client.write(b"GET /load HTTP/1.0\r\n\r\n")
+            connection.sendall(outgoing.read())
+            incoming.write(read_all(connection))
+            self.assertTrue(client.read(65536).endswith(b"-1"))
+
+    def crowd(self, server, said, connections):
+        """900 that have said something, as far as there are any; what memory each takes, in bytes."""
+        count = 900  # below "connectionsPerAddress"
+        self.assertEqual(server.get("/load"), "-1")
+        before, *_ = server.figures()
+        for _ in range(count):
+            connections.enter_context(connect(server)).sendall(said)
+        wait_until(lambda: int(re.search(r"^webots_http_connections (\d+)", server.get("/metrics"), re.MULTILINE)[1]) > count,
+                   "all are accepted")
+        after, *_ = server.figures()
+        return (after - before) * 1024 / count
+
+    async def test_who_says_half_of_a_hello_takes_little_memory(self):
+        """docs/machine.md, "How much memory a server takes": with a session of TLS each would take 45 kB."""
+        for said in (b"", b"\x16\x03\x01\x02\x00\x01"):
+            with self.server() as server, contextlib.ExitStack() as connections:
+                if server.is_sanitized():
+                    self.skipTest("sanitizers take memory of their own")
+                self.assertLess(self.crowd(server, said, connections), 10 * 1024)
+
+    async def test_memory_of_handshakes_is_given_back(self):
+        with self.server() as server, contextlib.ExitStack() as connections:
+            if server.is_sanitized():
+                self.skipTest("sanitizers keep memory")
+            client = self.context().wrap_bio(ssl.MemoryBIO(), outgoing := ssl.MemoryBIO(), server_hostname="localhost")
+            self.assertRaises(ssl.SSLWantReadError, client.do_handshake)
+            before, *_ = server.figures()
+            self.crowd(server, outgoing.read(), connections)
+            wait_until(lambda: server.figures()[0] - before > 30 * 1024, "all have a session of TLS")
+            connections.close()
+            wait_until(lambda: server.figures()[0] - before < 15 * 1024, "most of the memory is given back")
 
     async def test_who_speaks_plain_http_to_it_is_told_so(self):
         with self.server() as server:

@@ -45,6 +45,8 @@ result<> Acceptor::open(tcp::endpoint const& where)
         (void)::setsockopt(acceptor_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent,
                            sizeof max_unsent);
     if (!error)
+        acceptor_.non_blocking(true, error); // for `accept_waiting`
+    if (!error)
         acceptor_.listen(asio::socket_base::max_listen_connections, error);
     if (!error)
         return {};
@@ -74,6 +76,15 @@ result<> Acceptor::listen(std::string const& address, std::uint16_t port)
     if (opened)
         reserve_ = take_descriptor();
     return opened;
+}
+
+std::optional<tcp::socket> Acceptor::accept_waiting()
+{
+    boost::system::error_code error;
+    tcp::socket socket = acceptor_.accept(error);
+    if (error)
+        return {};
+    return socket;
 }
 
 bool Acceptor::turn_away()

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace webots_cloud::adapters {
@@ -24,6 +25,9 @@ public:
 
     /// The next connection, as (error, socket).
     auto accept() { return acceptor_.async_accept(boost::asio::as_tuple(boost::asio::deferred)); }
+
+    /// One that waits already. None: there is none, or `accept` will say what is wrong.
+    std::optional<boost::asio::ip::tcp::socket> accept_waiting();
 
     /// Closes the connection that has waited longest, without an answer, when no descriptor is left for it:
     /// better than to let it wait in vain. False when that failed too.

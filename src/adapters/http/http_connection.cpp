@@ -58,7 +58,7 @@ asio::awaitable<bool> HttpConnection::await_first_request()
 {
     set_deadline(context_.params.header_timeout);
     if (stream_.is_tls()) {
-        auto const failed = co_await stream_.handshake();
+        auto const failed = co_await stream_.answer_handshake(context_.handshakes, peer_.client());
         if (failed) {
             ++context_.statistics.tls_failures;
             if (stream_.turn_plain())

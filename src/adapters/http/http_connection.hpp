@@ -4,6 +4,7 @@
 #include "body_memory.hpp"
 #include "connection_limit.hpp"
 #include "forwarding.hpp"
+#include "handshakes.hpp"
 #include "http_request_reader.hpp"
 #include "network_stream.hpp"
 #include "peer.hpp"
@@ -31,6 +32,7 @@ struct HttpConnectionContext
     HttpServerStatistics& statistics;
     core::IpNetworks const& proxies;
     ConnectionLimit& limit;
+    Handshakes& handshakes;
     Tunnels& tunnels;
     Upstreams& upstreams;
     std::size_t& forwardings; ///< How many requests are being passed on.

@@ -2,6 +2,7 @@
 #include "async/cancellation.hpp"
 #include "async/task_count.hpp"
 #include "core/text.hpp"
+#include "freed_memory.hpp"
 #include "http_connection.hpp"
 #include "websocket_channel.hpp"
 
@@ -27,6 +28,7 @@ using asio::ip::tcp;
 using core::concat;
 
 constexpr auto sweep_interval = std::chrono::seconds(1);
+constexpr int max_accepted_at_once = 64; // two milliseconds
 constexpr auto accept_pause = std::chrono::milliseconds(20);
 constexpr auto complaint_interval = std::chrono::minutes(1);
 
@@ -63,18 +65,10 @@ public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
           proxies_(params_.trusted_proxies), limit_(params_.connections_per_address, statistics_, log_),
-          tunnels_(executor_, params_, statistics_),
-          upstreams_(executor_, params_, statistics_, log_), context_{params_,
-                                                                      nullptr,
-                                                                      log_,
-                                                                      statistics_,
-                                                                      proxies_,
-                                                                      limit_,
-                                                                      tunnels_,
-                                                                      upstreams_,
-                                                                      forwardings_,
-                                                                      bodies_,
-                                                                      [this] { return has_room(1); }},
+          handshakes_(executor_), tunnels_(executor_, params_, statistics_),
+          upstreams_(executor_, params_, statistics_, log_),
+          context_{params_,     nullptr,  log_,       statistics_,  proxies_, limit_,
+                   handshakes_, tunnels_, upstreams_, forwardings_, bodies_,  [this] { return has_room(1); }},
           acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
     {}
 
@@ -93,6 +87,7 @@ private:
                                           Conversations::iterator conversation);
     asio::awaitable<void> stop();
     asio::awaitable<void> recover(boost::system::error_code failed);
+    void admit_all(tcp::socket first);
     void admit(tcp::socket socket);
     Conversations::iterator begin_conversation(HttpConnection& connection);
     void complain(std::string_view sentence);
@@ -115,6 +110,7 @@ private:
     HttpServerStatistics statistics_;
     core::IpNetworks proxies_;
     ConnectionLimit limit_;
+    adapters::Handshakes handshakes_;
     /// Requests on their way to other servers, each with a connection of its own.
     std::size_t forwardings_ = 0;
     adapters::BodyMemory bodies_{params_.body_bytes};
@@ -127,6 +123,7 @@ private:
     Connections silent_; ///< Without a complete request so far: what makes room when descriptors run out.
     Connections active_;
     Conversations conversations_;
+    adapters::FreedMemory freed_;
     std::size_t max_connections_ = 0;
     TimePoint next_complaint_ = TimePoint::min();
     async::TaskCount tasks_;
@@ -184,7 +181,19 @@ asio::awaitable<result<>> NetworkServer::accept()
         if (cancelled || error == asio::error::operation_aborted)
             co_return Failure(asio::error::operation_aborted);
         if (!error)
-            admit(std::move(socket));
+            admit_all(std::move(socket));
+    }
+}
+
+/// And those that wait behind it, so that nobody is lost in the kernel's line, and handshakes are fair.
+void NetworkServer::admit_all(tcp::socket first)
+{
+    admit(std::move(first));
+    for (int more = 1; more < max_accepted_at_once; ++more) {
+        auto next = acceptor_.accept_waiting();
+        if (!next)
+            return;
+        admit(std::move(*next));
     }
 }
 
@@ -242,6 +251,7 @@ asio::awaitable<void> NetworkServer::serve(Connections::iterator connection)
     bool const has_spoken = co_await connection->await_first_request();
     if (!has_spoken) {
         silent_.erase(connection);
+        freed_.note(open());
         co_return;
     }
     active_.splice(active_.end(), silent_, connection);
@@ -250,12 +260,14 @@ asio::awaitable<void> NetworkServer::serve(Connections::iterator connection)
         tunnels_.open(connection->take_tunnel());
     if (outcome != HttpConnection::Outcome::websocket) {
         active_.erase(connection);
+        freed_.note(open());
         co_return;
     }
     auto const conversation = begin_conversation(*connection);
     co_await serve_websocket(connection, conversation);
     co_await conversation->channel.finish();
     conversations_.erase(conversation);
+    freed_.note(open());
 }
 
 NetworkServer::Conversations::iterator NetworkServer::begin_conversation(HttpConnection& connection)

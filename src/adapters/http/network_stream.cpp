@@ -9,6 +9,8 @@
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <linux/sockios.h>
 #include <sys/ioctl.h>
@@ -23,6 +25,9 @@ using Error = NetworkStream::Error;
 namespace {
 
 constexpr auto as_result = asio::as_tuple(asio::deferred);
+
+/// From how many bytes on there is something to read.
+using ReceiveLowWatermark = asio::socket_base::receive_low_watermark;
 
 Error last_error()
 {
@@ -42,15 +47,8 @@ NetworkStream::NetworkStream(asio::ip::tcp::socket socket, SSL_CTX* tls) : socke
     Error ignored;
     socket_.native_non_blocking(true, ignored);
     socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
-    if (!tls)
-        return;
-    TlsConnection made(SSL_new(tls));
-    if (!made) { // out of memory
-        socket_.close(ignored);
-        return;
-    }
-    SSL_set_accept_state(made.get());
-    encrypt(std::move(made));
+    if (tls && SSL_CTX_up_ref(tls) == 1)
+        context_.reset(tls);
 }
 
 void NetworkStream::encrypt(TlsConnection tls) noexcept
@@ -59,24 +57,91 @@ void NetworkStream::encrypt(TlsConnection tls) noexcept
     attach_tls(tls_.get(), socket_.native_handle());
 }
 
+/// One step of the handshake; `would_block`: the next one `needs` the peer.
+Error NetworkStream::shake(Direction& needs)
+{
+    if (!socket_.is_open()) // closed meanwhile, and its descriptor may be another connection's
+        return asio::error::operation_aborted;
+    ERR_clear_error();
+    int const outcome = SSL_do_handshake(tls_.get());
+    if (outcome == 1)
+        return {};
+    auto const error = failure(outcome, needs);
+    if (error != asio::error::would_block)
+        handshake_error_ = ERR_peek_error();
+    return error;
+}
+
 asio::awaitable<Error> NetworkStream::handshake()
 {
-    while (tls_) {
-        ERR_clear_error();
+    for (;;) {
         auto needs = Direction::wait_read;
-        int const outcome = SSL_do_handshake(tls_.get());
-        if (outcome == 1)
-            break;
-        if (auto const error = failure(outcome, needs); error != asio::error::would_block) {
-            handshake_error_ = ERR_peek_error();
-            co_return error;
-        }
+        auto const outcome = shake(needs);
+        if (outcome != asio::error::would_block)
+            co_return outcome;
         auto const [error] = co_await socket_.async_wait(needs, as_result);
         if (error)
             co_return error;
-        if (!socket_.is_open()) // closed meanwhile, and its descriptor may be another connection's
-            co_return asio::error::operation_aborted;
     }
+}
+
+asio::awaitable<Error> NetworkStream::answer_handshake(Handshakes& handshakes, std::string const& client)
+{
+    auto const silent = co_await await_hello();
+    if (silent)
+        co_return silent;
+    for (;;) {
+        co_await handshakes.turn(client);
+        auto needs = Direction::wait_read;
+        auto const outcome = begin_tls() ? shake(needs) : Error(asio::error::no_memory);
+        if (outcome != asio::error::would_block)
+            co_return outcome;
+        auto const [error] = co_await socket_.async_wait(needs, as_result);
+        if (error)
+            co_return error;
+    }
+}
+
+/// At the first step, and no sooner: false when there is no memory.
+bool NetworkStream::begin_tls()
+{
+    if (tls_)
+        return true;
+    TlsConnection tls(SSL_new(context_.get()));
+    context_.reset();
+    if (!tls)
+        return false;
+    SSL_set_accept_state(tls.get());
+    encrypt(std::move(tls));
+    return true;
+}
+
+/// Until the first record of the client is there as a whole, or something that is none: what that is, OpenSSL
+/// says.
+asio::awaitable<Error> NetworkStream::await_hello()
+{
+    // RFC 8446, 5.1: type, version, length; no record of a handshake is longer.
+    constexpr unsigned char handshake_record = 22;
+    constexpr int max_record = 16 * 1024;
+    std::array<unsigned char, 5> head{};
+    int needed = static_cast<int>(head.size());
+    for (bool const whole : {false, true}) {
+        Error ignored;
+        socket_.set_option(ReceiveLowWatermark(needed), ignored);
+        auto const [error] = co_await socket_.async_wait(Direction::wait_read, as_result);
+        if (error)
+            co_return error;
+        if (whole)
+            break;
+        auto const size = ::recv(socket_.native_handle(), head.data(), head.size(), MSG_PEEK);
+        if (size <= 0)
+            co_return asio::error::eof;
+        if (size < needed || head[0] != handshake_record)
+            break;
+        needed += std::min(head[3] << 8 | head[4], max_record);
+    }
+    Error ignored;
+    socket_.set_option(ReceiveLowWatermark(1), ignored);
     co_return Error();
 }
 

@@ -1,6 +1,7 @@
 // A connection of the server, plain or TLS.
 #pragma once
 
+#include "handshakes.hpp"
 #include "tls_certificate.hpp"
 
 #include <boost/asio/as_tuple.hpp>
@@ -40,7 +41,7 @@ public:
         TlsConnection tls;
     };
 
-    /// Plain without `tls`; with it, `handshake` must come first.
+    /// Plain without `tls`; with it, `answer_handshake` must come first.
     NetworkStream(boost::asio::ip::tcp::socket socket, SSL_CTX* tls);
 
     /// Speaks TLS from here on, as `tls` says; `handshake` must come first.
@@ -48,6 +49,10 @@ public:
 
     /// The TLS handshake. Without a deadline of its own: the caller closes the stream.
     boost::asio::awaitable<Error> handshake();
+
+    /// The same on the side of the server, in the turns of `client`. TLS takes memory only when the client
+    /// has said all that it begins with.   Lifetime: the arguments must outlive the operation.
+    boost::asio::awaitable<Error> answer_handshake(Handshakes& handshakes, std::string const& client);
 
     /// After a handshake that failed: true when the peer sent an HTTP request instead. Then the stream is
     /// plain from here on, so that the peer can be sent an error.
@@ -100,7 +105,7 @@ public:
     /// Ends everything that waits.
     void close() noexcept;
 
-    bool is_tls() const noexcept { return tls_ != nullptr; }
+    bool is_tls() const noexcept { return tls_ != nullptr || context_ != nullptr; }
     SSL* tls() const noexcept { return tls_.get(); }
 
     /// After a handshake that failed: what OpenSSL said of it; 0: nothing.
@@ -110,6 +115,9 @@ public:
 private:
     using Direction = boost::asio::ip::tcp::socket::wait_type;
 
+    boost::asio::awaitable<Error> await_hello();
+    bool begin_tls();
+    Error shake(Direction& needs);
     boost::asio::awaitable<std::pair<Error, std::size_t>> read_tls(boost::asio::mutable_buffer buffer);
     template<class TlsCall, class PlainCall>
     std::size_t transfer(TlsCall const& tls_call, PlainCall const& plain_call, Direction& needs,
@@ -117,6 +125,7 @@ private:
     Error failure(int outcome, Direction& needs);
 
     boost::asio::ip::tcp::socket socket_;
+    TlsContext context_; ///< Of a handshake that has not begun; else null.
     TlsConnection tls_;
     unsigned long handshake_error_ = 0; ///< The first that OpenSSL noted.
     // TLS may have to write in order to read, and the other way round.

@@ -23,6 +23,9 @@ struct Peer
 
     bool is_proxy() const noexcept { return quota_key.empty(); }
 
+    /// Whose turn a connection takes: a proxy's are its own.
+    std::string const& client() const noexcept { return is_proxy() ? address : quota_key; }
+
     std::string address;   ///< Numeric, without port.
     std::string quota_key; ///< By what it is counted; empty for a trusted proxy.
 };

@@ -16,10 +16,12 @@ import time
 from peers import LOAD_CORE, Floor, FreeSimulationServer, Machines, PinnedSessionServer, Tool, cpu_seconds, on_core
 from row import Row, itself
 from support.browser_client import LOCAL, Browser
+from support.certificates import self_signed
 from support.name_server import HangingNames
 from support.servers import SimulationServer
 
 ATTACKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "attacks.py")
+NEWCOMER = os.path.join(os.path.dirname(ATTACKS), "newcomer.py")
 REQUESTS_A_SECOND = 200
 
 
@@ -56,6 +58,37 @@ def attacked_session_server(*attack):
                 server.wait_for_polls(machines)
                 with attacker(attack[0], server.port, *attack[1:]):
                     return longest_waits(server, quick)
+        yield measure
+    return setting
+
+
+def newcomers(server, seconds):
+    """How long those wait who connect anew, by TLS, in milliseconds, beside the same at an idle server."""
+    def visit(port):
+        return subprocess.Popen([sys.executable, NEWCOMER, str(port), str(seconds)], text=True, stdout=subprocess.PIPE,
+                                preexec_fn=on_core(LOAD_CORE))
+
+    def told(visits):
+        return [float(number) for number in visits.communicate()[0].split()[1:]]
+    with tempfile.TemporaryDirectory() as folder:
+        certificate, key = self_signed(folder, "DNS:localhost")
+        with Machines(1) as machines, PinnedSessionServer(machines, sslCertificate=certificate, sslKey=key) as idle:
+            before, begin = cpu_seconds(server.pid), time.monotonic()
+            attacked, other = visit(server.port), visit(idle.port)
+            (longest, median, _), (idle_longest, *_) = told(attacked), told(other)
+            used = (cpu_seconds(server.pid) - before) / (time.monotonic() - begin) * 100
+    return {"ours": longest, "median": median, "an idle process": idle_longest, "% of a core": used}
+
+
+def flooded_with_hellos(rate, addresses=1):
+    @contextlib.contextmanager
+    def setting(quick):
+        def measure():
+            with tempfile.TemporaryDirectory() as folder, Machines(10) as machines:
+                certificate, key = self_signed(folder, "DNS:localhost")
+                with PinnedSessionServer(machines, sslCertificate=certificate, sslKey=key) as server, \
+                        attacker("hellos", server.port, rate, addresses):
+                    return newcomers(server, 2 if quick else 6)
         yield measure
     return setting
 
@@ -185,4 +218,8 @@ ROWS = [
     Row("longest wait of `GET /livez` while 64 names of simulation servers hang", *GOAL, hanging_names),
     Row("longest wait of `GET /livez` while a pipe is in the place of the configuration, at ten SIGHUPs a second", *GOAL,
         pipe_as_configuration),
+    *(Row(f"longest wait of a new TLS connection and its `GET /livez` beside {rate:,} hellos a second from {source}", *GOAL,
+          flooded_with_hellos(rate, addresses))
+      for rate, addresses, source in ((50, 1, "one address"), (500, 1, "one address"), (5_000, 1, "one address"),
+                                      (5_000, 100, "a hundred addresses"))),
 ]

@@ -3,14 +3,19 @@
 
     attacks.py frames PORT PATH MEGABYTES   WebSocket messages of no bytes in frames of six, again and again
     attacks.py pages PORT PATH CLIENTS      clients that ask for a page each and read nothing, again and again
+    attacks.py hellos PORT RATE ADDRESSES   50 connections at a time that begin to shake hands by TLS, so many a second, and go
     attacks.py simulator KIND ...           in Webots' place
 """
 
 import contextlib
+import itertools
 import os
 import resource
+import select
 import signal
 import socket
+import ssl
+import struct
 import sys
 import time
 
@@ -47,6 +52,36 @@ def pages(port, path, clients):
             connection.close()
 
 
+def hello():
+    """What a browser says first by TLS. It may be said again and again."""
+    incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
+    client = ssl.create_default_context().wrap_bio(incoming, outgoing, server_hostname="localhost")
+    with contextlib.suppress(ssl.SSLWantReadError):
+        client.do_handshake()
+    return outgoing.read()
+
+
+def hellos(port, rate, addresses):
+    """They reset their connections, as whoever floods does, so that no ports run out."""
+    said, interval, at_once = hello(), 1 / float(rate), 50
+    sources = itertools.cycle([f"127.0.2.{1 + number}" for number in range(int(addresses))])
+    answered, next_one = select.epoll(), time.monotonic()
+    connections = {}
+    os.nice(10)  # the bystander's own work is not what is measured
+    while True:
+        while len(connections) < at_once and time.monotonic() >= next_one:
+            connection = socket.socket()
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            connection.bind((next(sources), 0))
+            connection.connect(("127.0.0.1", port))
+            connection.send(said)
+            connections[connection.fileno()] = connection
+            answered.register(connection, select.EPOLLIN)
+            next_one = max(next_one + interval, time.monotonic() - 0.1)
+        for descriptor, _ in answered.poll(max(0.0, next_one - time.monotonic()) if len(connections) < at_once else 1):
+            connections.pop(descriptor).close()
+
+
 def simulator(kind, arguments):
     if kind == "newlines":
         print(".", flush=True)
@@ -72,4 +107,4 @@ def simulator(kind, arguments):
 if __name__ == "__main__":
     if sys.argv[1] == "simulator":
         simulator(sys.argv[2], sys.argv[3:])
-    {"frames": frames, "pages": pages}[sys.argv[1]](int(sys.argv[2]), *sys.argv[3:])
+    {"frames": frames, "pages": pages, "hellos": hellos}[sys.argv[1]](int(sys.argv[2]), *sys.argv[3:])

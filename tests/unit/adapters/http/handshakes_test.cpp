@@ -1,0 +1,64 @@
+#include "unit_test.hpp"
+
+#include "adapters/http/handshakes.hpp"
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+
+#include <algorithm>
+#include <string>
+
+using namespace webots_cloud;
+
+BOOST_AUTO_TEST_SUITE(handshakes)
+
+namespace {
+
+namespace asio = boost::asio;
+using adapters::Handshakes;
+
+asio::awaitable<void> shake(Handshakes& handshakes, std::string client, std::string& steps)
+{
+    co_await handshakes.turn(client);
+    steps += client;
+}
+
+/// Another connection, which always has something to do.
+void serve(asio::io_context& context, std::string& steps)
+{
+    steps += '.';
+    if (steps.size() < 200)
+        asio::post(context, [&] { serve(context, steps); });
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(between_two_steps_the_event_loop_serves_others)
+{
+    asio::io_context context(1);
+    Handshakes handshakes(context.get_executor());
+    std::string steps;
+    for (int connection = 0; connection < 50; ++connection)
+        asio::co_spawn(context, shake(handshakes, "a", steps), asio::detached);
+    asio::post(context, [&] { serve(context, steps); });
+    context.run();
+    BOOST_TEST(std::count(steps.begin(), steps.end(), 'a') == 50);
+    BOOST_TEST(steps.find("aa") == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_client_of_one_connection_does_not_wait_for_one_of_fifty)
+{
+    asio::io_context context(1);
+    Handshakes handshakes(context.get_executor());
+    std::string steps;
+    for (int connection = 0; connection < 50; ++connection)
+        asio::co_spawn(context, shake(handshakes, "a", steps), asio::detached);
+    asio::co_spawn(context, shake(handshakes, "b", steps), asio::detached);
+    context.run();
+    BOOST_TEST(steps.size() == 51u);
+    BOOST_TEST(steps.find('b') <= 1u);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
