@@ -15,6 +15,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser  # noqa: E402
+from support.firejail import require_firejail  # noqa: E402
 from support.other_user import NOBODY, OwnedServer  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import descendants, is_alive, main, program, wait_until  # noqa: E402
@@ -33,10 +34,7 @@ def named(process):
 
 
 def setUpModule():
-    if os.geteuid() != 0:
-        raise unittest.SkipTest("firejail confines simulations of root's servers only")
-    if not shutil.which("firejail"):
-        raise unittest.SkipTest("firejail is not installed")
+    require_firejail()
     os.makedirs(FILES, exist_ok=True)
 
 

@@ -13,6 +13,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser  # noqa: E402
+from support.firejail import require_firejail  # noqa: E402
 from support.other_user import NOBODY, WITHOUT_NAMESPACES, OwnedServer, may_make_namespaces, works  # noqa: E402
 from support.servers import is_alive, is_sanitized, main, program, wait_until  # noqa: E402
 from support.x_display import X_DISPLAY  # noqa: E402
@@ -345,8 +346,7 @@ class SimulationsInFirejail(Simulations):
 
     @classmethod
     def setUpClass(cls):
-        if os.geteuid() != 0:
-            raise unittest.SkipTest("firejail confines simulations of root only")
+        require_firejail()
         if is_sanitized("webots-simulation-server"):
             raise unittest.SkipTest("what looks for leaks traces its process, which firejail forbids")
         super().setUpClass()

@@ -11,6 +11,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support import own_network  # noqa: E402
+from support.firejail import require_firejail  # noqa: E402
 from support.other_user import NOBODY, as_nobody_with_numbers, require_subordinate_users  # noqa: E402
 from support.sandbox_contract import Contract, Unwalled  # noqa: E402
 from support.servers import main  # noqa: E402
@@ -67,8 +68,7 @@ class Firejail(Contract, unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        if os.geteuid() != 0:
-            raise unittest.SkipTest("firejail confines simulations of root's servers only")
+        require_firejail()
         super().setUpClass()
 
 
