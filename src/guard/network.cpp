@@ -205,14 +205,14 @@ NetworkFailure NetworkSetup::complete_inside()
         return NetworkFailure::rules;
     if (acceptor_ < 0)
         return NetworkFailure::nothing;
-    pid_t const child = fork();
-    if (child == 0) {
+    relay_ = fork();
+    if (relay_ == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL); // without a PID namespace nothing else ends it with the tree
         let_go_of_input_and_output();
         serve(acceptor_, network_);
     }
     close(acceptor_);
-    return child > 0 ? NetworkFailure::nothing : NetworkFailure::relay;
+    return relay_ > 0 ? NetworkFailure::nothing : NetworkFailure::relay;
 }
 
 void NetworkSetup::complete_outside(pid_t inside)

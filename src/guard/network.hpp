@@ -71,12 +71,16 @@ public:
     /// What failed, or `nothing`; then the program must not run.
     NetworkFailure complete_inside();
 
+    /// Inside, after that: the process through which the program is reached; -1: there is none.
+    pid_t relay() const { return relay_; }
+
     /// Outside: does its part for the process that calls `complete_inside`, which says what failed.
     void complete_outside(pid_t inside);
 
 private:
     Network const& network_;
     int acceptor_ = -1;
+    pid_t relay_ = -1;
     int ends_[2] = {-1, -1}; ///< Outside, inside: a byte each says that its side is ready.
 };
 

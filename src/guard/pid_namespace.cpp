@@ -122,8 +122,18 @@ pid_t fork_with_number(pid_t wanted)
     return child >= 0 ? child : fork();
 }
 
-/// Reaps the program and the orphans that become our children, until the program has ended.
-int reap_until_end(pid_t program, int end_signal, sigset_t const& watched)
+/// Nobody can reach the program any more.
+void end_without_relay(pid_t program)
+{
+    std::printf("webots-process-guard: the process that leads to the program's port has been killed, so the "
+                "program ends\n");
+    std::fflush(stdout);
+    kill(program, SIGKILL);
+}
+
+/// Reaps the program and the orphans that become our children, until the program has ended; it ends with its
+/// `relay` (-1: it has none).
+int reap_until_end(pid_t program, pid_t relay, int end_signal, sigset_t const& watched)
 {
     for (;;) {
         siginfo_t signal{};
@@ -131,9 +141,12 @@ int reap_until_end(pid_t program, int end_signal, sigset_t const& watched)
         if (signal.si_signo == SIGTERM)
             kill(program, end_signal);
         int status = 0;
-        for (pid_t ended = 0; (ended = waitpid(-1, &status, WNOHANG)) > 0;)
+        for (pid_t ended = 0; (ended = waitpid(-1, &status, WNOHANG)) > 0;) {
             if (ended == program)
                 return status;
+            if (ended == relay)
+                end_without_relay(program);
+        }
     }
 }
 
@@ -148,8 +161,8 @@ void die_with_guard(int report)
 }
 
 /// Runs as the first process of the namespace.
-[[noreturn]] void run_as_first_process(Program const& argument, Execute execute, int report, pid_t number,
-                                       char mounts)
+[[noreturn]] void run_as_first_process(Program const& argument, Execute execute, pid_t relay, int report,
+                                       pid_t number, char mounts)
 {
     die_with_guard(report); // again: the kernel forgets it when a process gets other rights
     if (argument.own_displays && (mounts & has_own_displays) == 0)
@@ -166,7 +179,7 @@ void die_with_guard(int report)
         execute(argument);
     char const working = static_cast<char>(is_running | mounts);
     bool const reported = program > 0 && write(report, &working, 1) == 1;
-    int const status = reported ? reap_until_end(program, argument.end_signal, watched) : 0;
+    int const status = reported ? reap_until_end(program, relay, argument.end_signal, watched) : 0;
     _exit(reported && write(report, &status, sizeof status) == static_cast<ssize_t>(sizeof status) ? 0 : 1);
 }
 
@@ -207,7 +220,7 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
             report_failure(ends[1], failure);
         if (program.own_sandbox && !hide_files_of_others(program.own_sandbox))
             _exit(1);
-        run_as_first_process(program, execute, ends[1], number,
+        run_as_first_process(program, execute, network.relay(), ends[1], number,
                              (flags & CLONE_NEWNS) != 0 ? set_up_mounts(program) : '\0');
     }
     close(ends[1]);

@@ -21,7 +21,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.ports import free_port  # noqa: E402
-from support.servers import is_alive, main, program, wait_until  # noqa: E402
+from support.servers import descendants, is_alive, main, program, wait_until  # noqa: E402
 
 NOBODY = 65534
 # Children of every kind, which are found by a mark in their command lines; the shell then waits.
@@ -256,6 +256,17 @@ class Guard(unittest.TestCase):
             inside.sendall(b"x")  # and the program ends
             self.assertEqual(started.wait(30), 0)
         self.assertEqual(os.listdir(folder), [])
+
+    def test_a_program_ends_with_what_leads_to_its_port(self):
+        self.require_namespace()
+        broker = os.path.join(self.own_folder("broker_"), "socket")
+        started = self.start("echo ready; exec sleep 600", options=["--network", "none", str(free_port()), "--broker", broker])
+        self.assertEqual(started.stdout.readline(), "ready\n")
+        _, relay = [pid for pid in descendants(started.pid) if pid in find(self.guard)]  # and above it the first of the namespace
+        os.kill(relay, signal.SIGKILL)
+        self.assertEqual(started.stdout.read(), "webots-process-guard: the process that leads to the program's port has been killed, "
+                                                "so the program ends\n")
+        self.assertEqual(started.wait(30), -signal.SIGKILL)
 
     def test_a_job_says_where_it_runs_and_on_which_port_it_listens_and_has_no_control_socket(self):
         port = free_port(1)
