@@ -4,6 +4,7 @@
 #include "control_groups.hpp"
 #include "core/text.hpp"
 #include "listening_ports.hpp"
+#include "orphans.hpp"
 #include "process_usage.hpp"
 #include "spawn.hpp"
 
@@ -211,11 +212,15 @@ public:
           inspection_(std::move(inspection)),
           relayed_port_(network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : network.port),
           broker_(network.broker.native()), group_(std::move(group)), graphics_(std::move(graphics)),
-          limits_(limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
+          limits_(limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id())),
+          orphans_(std::make_shared<adapters::Orphans>(
+              output_, guard_.id(),
+              std::shared_ptr<adapters::BlockingPool>(inspection_, &inspection_->limits)))
     {}
 
     ~GuardedProcess() override
     {
+        orphans_->rest();
         if (!status_) {
             auto const executor = output_.get_executor();
             control_ = adapters::FileDescriptor(); // end-of-file: the guard kills the tree at once
@@ -252,6 +257,7 @@ private:
     ProcessLimits limits_;
     ProcessUsage refusals_; ///< Once it has ended.
     std::shared_ptr<WakeCalls> wake_calls_;
+    std::shared_ptr<adapters::Orphans> orphans_;
     std::array<char, read_size> buffer_;
     std::optional<ExitStatus> status_;
 };
@@ -274,9 +280,11 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
     if (status_)
         co_return ProcessEvent(*status_);
     if (output_.is_open()) {
+        orphans_->watch();
         auto const [error, size] =
             co_await output_.async_read_some(asio::buffer(buffer_), asio::as_tuple(asio::use_awaitable));
-        if (error == asio::error::operation_aborted)
+        orphans_->rest();
+        if (error == asio::error::operation_aborted && !orphans_->are_out_of_reach())
             co_return Failure(error);
         if (!error)
             co_return ProcessEvent(ProcessOutput(std::string(buffer_.data(), size)));

@@ -193,6 +193,28 @@ BOOST_AUTO_TEST_CASE(a_process_that_is_stopped_as_it_begins_does_not_keep_its_gu
     BOOST_TEST(run(watch(*process, "")).status.signalled);
 }
 
+BOOST_AUTO_TEST_CASE(a_guard_that_is_killed_while_its_first_process_is_stopped_leaves_nothing)
+{
+    auto const process = start_shell("while :; do sleep 1; done");
+    stop_first_child(process->id());
+    BOOST_TEST_REQUIRE(::kill(process->id(), SIGKILL) == 0);
+    BOOST_TEST((run(watch(*process, "")).status == ExitStatus(SIGKILL, true)));
+}
+
+BOOST_AUTO_TEST_CASE(what_a_killed_guard_has_left_behind_is_ended)
+{
+    if (::geteuid() != 0) {
+        BOOST_TEST_MESSAGE("skipped: only root may look into the descriptors of all processes");
+        return;
+    }
+    auto const guard = folder / "guard";
+    std::ofstream(guard)
+        << "#!/bin/sh\nsetsid sleep 600 &\nexec kill -KILL $$\n"; // the output ends with both
+    BOOST_TEST_REQUIRE(::chmod(guard.c_str(), 0755) == 0);
+    host = make_process_host(context.get_executor(), guard);
+    BOOST_TEST((watch_shell("").status == ExitStatus(SIGKILL, true)));
+}
+
 BOOST_AUTO_TEST_CASE(how_a_program_ended_is_told_again_and_again)
 {
     auto const process = start_shell("exit 3");
