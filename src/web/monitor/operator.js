@@ -1,21 +1,21 @@
 "use strict";
 
-// What only the operator may do on the pages of both servers. Everybody may read them; whoever has the operator's token types it once,
-// and it stays in this tab. Over the operator's socket, which people forward to their machine, no token is needed.
+// What only the operator may do on the pages of both servers. Everybody may read them; whoever has the operator's token types it, and this page
+// remembers it until it is left. It is stored nowhere: a gateway has pages of machines at the same origin, and they could read it there. Over
+// the operator's socket, which people forward to their machine, no token is needed.
 const operator = (() => {
   const {make} = monitor;
   const patience = 15_000; // ms
   const api = new URL("api/", location.href); // also below /<port>/ of a proxy
-  const key = `operator ${api.pathname}`; // a gateway has the pages of several servers at one origin
   const listeners = [];
+  let token = ""; // empty: none is needed, or nobody has typed it
   let isActive = false;
 
-  const headers = token => token ? {Authorization: `Bearer ${token}`} : {};
-
   // Resolves to {status, text}; status 0: no answer.
-  async function ask(path, method, token) {
+  async function ask(path, method, shown = token) {
+    const headers = shown ? {Authorization: `Bearer ${shown}`} : {};
     try {
-      const answer = await fetch(new URL(path, api), {method, headers: headers(token), cache: "no-store", credentials: "omit",
+      const answer = await fetch(new URL(path, api), {method, headers, cache: "no-store", credentials: "omit",
                                                       signal: AbortSignal.timeout(patience)});
       return {status: answer.status, text: (await answer.text()).trim()};
     } catch {
@@ -46,18 +46,17 @@ const operator = (() => {
       listener(active);
   }
 
-  async function signIn(token) {
-    const answer = await ask("operator", "GET", token);
+  async function signIn(typed) {
+    const answer = await ask("operator", "GET", typed);
     if (answer.status === 200) {
-      if (token)
-        sessionStorage.setItem(key, token);
+      token = typed;
       setActive(true);
     }
     return answer;
   }
 
   function signOut() {
-    sessionStorage.removeItem(key);
+    token = "";
     setActive(false);
   }
 
@@ -95,15 +94,15 @@ const operator = (() => {
   }
 
   function askForToken() {
-    const input = make("input", {type: "password", id: "token", autocomplete: "off", required: ""});
+    const input = make("input", {type: "password", id: "token", autocomplete: "current-password", required: ""});
     dialog({
       title: "Operator",
-      text: "Type the operator's token. It stays in this tab until you stop being the operator, or close the tab.",
+      text: "Type the operator's token. This page remembers it until you stop being the operator, reload it, or leave it.",
       label: "Continue",
       field: make("p", {}, make("label", {for: "token"}, "Token"), input),
       action: async () => {
-        const token = input.value.trim();
-        const answer = /^[\x21-\x7e]+$/.test(token) ? await signIn(token) : {status: 404, text: ""};
+        const typed = input.value.trim();
+        const answer = /^[\x21-\x7e]+$/.test(typed) ? await signIn(typed) : {status: 404, text: ""};
         return answer.status === 200 ? "" : reason(answer, true);
       },
     });
@@ -114,8 +113,7 @@ const operator = (() => {
     dialog({
       title, text, label,
       action: async () => {
-        const token = sessionStorage.getItem(key);
-        const answer = await ask(path, "POST", token);
+        const answer = await ask(path, "POST");
         return answer.status === 200 ? "" : reason(answer, Boolean(token));
       },
     });
@@ -137,9 +135,8 @@ const operator = (() => {
 
     async function examine() {
       look.hidden = true;
-      const token = sessionStorage.getItem(key);
       for (let asked = 0; asked < patience && isActive; ++asked) {
-        const answer = await ask(asked === 0 ? "doctor" : "doctor?last", "GET", token);
+        const answer = await ask(asked === 0 ? "doctor" : "doctor?last", "GET");
         if (answer.status !== 200) {
           note.textContent = reason(answer, Boolean(token));
           break;
@@ -177,9 +174,6 @@ const operator = (() => {
   if (window === window.top) {
     document.querySelector("header").append(button);
     document.querySelector("main").append(doctor);
-    const token = sessionStorage.getItem(key);
-    if (token)
-      void signIn(token).then(({status}) => status === 404 && signOut());
   }
 
   return {
