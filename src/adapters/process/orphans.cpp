@@ -3,7 +3,6 @@
 #include "adapters/files/file_descriptor.hpp"
 
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 
 #include <dirent.h>
 #include <sys/stat.h>
@@ -41,17 +40,6 @@ FileDescriptor open_process(pid_t process)
     return FileDescriptor(static_cast<int>(::syscall(SYS_pidfd_open, process, 0)));
 }
 
-struct EndWriters
-{
-    bool operator()() const
-    {
-        end_writers(pipe);
-        return true;
-    }
-
-    ino_t pipe;
-};
-
 } // namespace
 
 void end_writers(ino_t pipe)
@@ -68,9 +56,9 @@ void end_writers(ino_t pipe)
     }
 }
 
-Orphans::Orphans(asio::readable_pipe& output, pid_t guard, std::shared_ptr<BlockingPool> threads)
+Orphans::Orphans(asio::readable_pipe& output, pid_t guard, EndWriters end)
     : output_(output), guard_(output.get_executor()), timer_(output.get_executor()),
-      threads_(std::move(threads))
+      end_writers_(std::move(end))
 {
     struct stat status
     {};
@@ -116,13 +104,11 @@ void Orphans::look()
             self->output_.cancel(ignored);
             return;
         }
-        EndWriters work{self->pipe_};
-        auto looking = self->threads_->run(work);
-        asio::co_spawn(self->timer_.get_executor(), std::move(looking),
-                       [self](std::exception_ptr const&, bool) {
-                           if (self->watches_)
-                               self->look();
-                       });
+        auto ending = self->end_writers_(self->pipe_);
+        asio::co_spawn(self->timer_.get_executor(), std::move(ending), [self](std::exception_ptr const&) {
+            if (self->watches_)
+                self->look();
+        });
     });
 }
 

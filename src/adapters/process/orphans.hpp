@@ -1,20 +1,20 @@
 // What a guard leaves behind that was killed.
 #pragma once
 
-#include "adapters/threads/blocking_pool.hpp"
-
+#include <boost/asio/awaitable.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/readable_pipe.hpp>
 #include <boost/asio/steady_timer.hpp>
 
 #include <sys/types.h>
 
+#include <functional>
 #include <memory>
 
 namespace webots_cloud::adapters {
 
 /// Sends SIGKILL to all processes whose standard output or standard error is the pipe `pipe` (an inode).
-/// Those whose descriptors we may not look into are left.   Thread: one that may wait.
+/// Those whose descriptors we may not look into are left.   Thread: one that may wait, for milliseconds.
 void end_writers(ino_t pipe);
 
 /// A guard that is killed takes its tree along, unless the first process of the tree was stopped before its
@@ -25,9 +25,12 @@ void end_writers(ino_t pipe);
 class Orphans : public std::enable_shared_from_this<Orphans>
 {
 public:
-    /// `guard`: a child that has not been waited for. `threads` may wait. Where there is no descriptor left
-    /// to watch the guard with, nothing is ended.
-    Orphans(boost::asio::readable_pipe& output, pid_t guard, std::shared_ptr<BlockingPool> threads);
+    /// `end_writers` on a thread of its own.
+    using EndWriters = std::function<boost::asio::awaitable<void>(ino_t pipe)>;
+
+    /// `guard`: a child that has not been waited for. Where there is no descriptor left to watch it with,
+    /// nothing is ended.
+    Orphans(boost::asio::readable_pipe& output, pid_t guard, EndWriters end);
 
     /// While somebody reads the output.
     void watch();
@@ -43,7 +46,7 @@ private:
     ino_t pipe_ = 0;
     boost::asio::posix::stream_descriptor guard_; ///< A pidfd; closed: there is none.
     boost::asio::steady_timer timer_;
-    std::shared_ptr<BlockingPool> threads_;
+    EndWriters end_writers_;
     bool watches_ = false;
     int looks_ = 0;
 

@@ -196,6 +196,23 @@ asio::awaitable<ProcessUsage> take_usage(std::shared_ptr<InspectionThreads> insp
     co_return co_await inspection->usage.run(work);
 }
 
+struct EndWriters
+{
+    bool operator()() const
+    {
+        adapters::end_writers(pipe);
+        return true;
+    }
+
+    ino_t pipe;
+};
+
+asio::awaitable<void> end_writers_aside(std::shared_ptr<InspectionThreads> inspection, ino_t pipe)
+{
+    EndWriters work{pipe};
+    (void)co_await inspection->limits.run(work);
+}
+
 asio::awaitable<ProcessUsage> known_usage(ProcessUsage usage)
 {
     co_return usage;
@@ -213,9 +230,10 @@ public:
           relayed_port_(network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : network.port),
           broker_(network.broker.native()), group_(std::move(group)), graphics_(std::move(graphics)),
           limits_(limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id())),
-          orphans_(std::make_shared<adapters::Orphans>(
-              output_, guard_.id(),
-              std::shared_ptr<adapters::BlockingPool>(inspection_, &inspection_->limits)))
+          orphans_(
+              std::make_shared<adapters::Orphans>(output_, guard_.id(), [threads = inspection_](ino_t pipe) {
+                  return end_writers_aside(threads, pipe);
+              }))
     {}
 
     ~GuardedProcess() override
