@@ -3,22 +3,27 @@
 here: a server that needed more would be ended, or fail to serve later clients."""
 
 import asyncio
+import contextlib
 import itertools
 import os
 import resource
+import socket
+import ssl
 import sys
 import tempfile
 import threading
 import unittest
+import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import LOCAL, Browser  # noqa: E402
+from support.certificates import first_words_of_tls, self_signed  # noqa: E402
 from support.cgroup import MemoryGroup  # noqa: E402
 from support.hostile_peer import (ENDLESS, HostileGitServer, HostilePeer, pack_of_deltas, pack_of_folders,  # noqa: E402
                                   pack_of_tiny_files, pack_of_waiting_deltas)
 from support.machine import Machine  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
-from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
+from support.servers import PATIENCE, SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
 MEGABYTE = 1024  # kilobytes
 FETCH_MEMORY = int(os.environ.get("FETCH_MEMORY", "256"))  # megabytes
@@ -150,6 +155,14 @@ class SimulationServerTest(unittest.IsolatedAsyncioTestCase):
             return await browser.last_words(message)
 
 
+def visit(port, certificate):
+    """`GET /load`, by TLS where there is a certificate; None: it is refused."""
+    context = certificate and ssl.create_default_context(cafile=certificate)
+    with contextlib.suppress(OSError), urllib.request.urlopen(f"http{'s' if certificate else ''}://localhost:{port}/load", context=context,
+                                                              timeout=PATIENCE) as answer:
+        return answer.read()
+
+
 class SessionServerTest(unittest.TestCase):
     MACHINES = 50
 
@@ -181,6 +194,37 @@ class SessionServerTest(unittest.TestCase):
             if session.is_sanitized():
                 self.skipTest("sanitizers keep what was freed: the memory is theirs")
             self.assertLess(memory.most, memory.before + SESSION_GROWTH, "megabytes; see docs/machine.md")
+
+    def test_connections_for_which_there_is_no_memory_are_refused_and_the_server_goes_on(self):
+        """Each client says most of a long request, or begins to shake hands."""
+        folder = self.enterContext(tempfile.TemporaryDirectory())
+        certificate, key = self_signed(folder, "DNS:localhost")
+        numbers = itertools.count()
+        half = b"GET /load HTTP/1.1\r\nHost: localhost\r\nX: " + b"x" * 15_000
+        for config, said in (({}, half), ({"sslCertificate": certificate, "sslKey": key}, first_words_of_tls())):
+            with self.subTest(config=config), contextlib.ExitStack() as connections:
+                session = LimitedSessionServer([], **config)
+                if session.is_sanitized():
+                    self.skipTest("sanitizers reserve terabytes")
+                session.space = 176  # it has 110 when it has started
+
+                def come():
+                    connection = connections.enter_context(socket.socket())
+                    connection.bind((f"127.0.4.{1 + next(numbers) % 200}", 0))
+                    connection.connect(("127.0.0.1", session.port))
+                    with contextlib.suppress(ConnectionError):  # refused already
+                        connection.sendall(said)
+
+                def says_so():
+                    come()
+                    return "Connections are refused: there is little memory left" in session.log()
+                with session:
+                    for _ in range(4_000):
+                        come()
+                    wait_until(says_so, "the log does not say so")
+                    connections.close()
+                    self.assertIsNone(session.process.poll(), session.log()[-2000:])
+                    wait_until(lambda: visit(session.port, certificate if config else None) == b"-1", "nobody is served any more")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
-"""Certificate authorities of tests, and the certificates that they sign, made with openssl."""
+"""Certificate authorities of tests, and the certificates that they sign, made with openssl; and what clients of TLS say."""
 
+import contextlib
 import os
+import ssl
 import subprocess
 
 KEY = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes")
@@ -37,3 +39,12 @@ def self_signed(folder, *names):
     openssl("req", "-x509", *KEY, "-days", "2", "-subj", "/CN=a machine", "-addext", f"subjectAltName={','.join(names)}", "-keyout", key,
             "-out", certificate)
     return certificate, key
+
+
+def first_words_of_tls():
+    """What a browser says first. It may be said again and again."""
+    said = ssl.MemoryBIO()
+    client = ssl.create_default_context().wrap_bio(ssl.MemoryBIO(), said, server_hostname="localhost")
+    with contextlib.suppress(ssl.SSLWantReadError):
+        client.do_handshake()
+    return said.read()

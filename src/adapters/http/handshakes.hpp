@@ -1,6 +1,7 @@
 // Handshakes of TLS, one after the other, so that nobody else waits for many.
 #pragma once
 
+#include "address_space.hpp"
 #include "core/access/fair_queue.hpp"
 
 #include <boost/asio/any_completion_handler.hpp>
@@ -19,7 +20,13 @@ namespace webots_cloud::adapters {
 class Handshakes
 {
 public:
-    explicit Handshakes(boost::asio::any_io_executor executor) : executor_(std::move(executor)) {}
+    /// Lifetime: `memory` must outlive it.
+    Handshakes(boost::asio::any_io_executor executor, AddressSpace& memory)
+        : executor_(std::move(executor)), memory_(memory)
+    {}
+
+    /// Whether one more may begin.
+    bool has_memory() { return memory_.has_room(); }
 
     /// Waits until it is the turn of `client` (a quota key, or an address), which lasts until the coroutine
     /// waits for something else. Not cancellable: when many wait, look afterwards whether the step still
@@ -33,6 +40,7 @@ private:
     void schedule();
 
     boost::asio::any_io_executor executor_;
+    AddressSpace& memory_;
     core::FairQueue<Waiting> queue_;
 };
 

@@ -1,4 +1,5 @@
 #include "acceptor.hpp"
+#include "address_space.hpp"
 #include "async/cancellation.hpp"
 #include "async/task_count.hpp"
 #include "core/text.hpp"
@@ -65,7 +66,7 @@ public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
           proxies_(params_.trusted_proxies), limit_(params_.connections_per_address, statistics_, log_),
-          handshakes_(executor_), tunnels_(executor_, params_, statistics_),
+          handshakes_(executor_, memory_), tunnels_(executor_, params_, statistics_),
           upstreams_(executor_, params_, statistics_, log_),
           context_{params_,     nullptr,  log_,       statistics_,  proxies_, limit_,
                    handshakes_, tunnels_, upstreams_, forwardings_, bodies_,  [this] { return has_room(1); }},
@@ -96,7 +97,10 @@ private:
     void sweep();
     /// Whether there is one for one more connection, if need be at the expense of another; `counted` are in
     /// `open()` already.
-    bool has_room(std::size_t counted = 0) { return open() < max_connections_ + counted || make_room(); }
+    bool has_room(std::size_t counted = 0)
+    {
+        return memory_.has_room() && (open() < max_connections_ + counted || make_room());
+    }
     /// Descriptors in use.
     std::size_t open() const noexcept
     {
@@ -110,6 +114,7 @@ private:
     HttpServerStatistics statistics_;
     core::IpNetworks proxies_;
     ConnectionLimit limit_;
+    adapters::AddressSpace memory_;
     adapters::Handshakes handshakes_;
     /// Requests on their way to other servers, each with a connection of its own.
     std::size_t forwardings_ = 0;
@@ -230,7 +235,9 @@ void NetworkServer::admit(tcp::socket socket)
     bool const is_welcome = is_admitted && has_room();
     if (is_admitted && !is_welcome) {
         ++statistics_.refused_no_room;
-        complain("Connections are refused: there are as many as the limit of open files allows");
+        complain(memory_.has_room()
+                     ? "Connections are refused: there are as many as the limit of open files allows"
+                     : "Connections are refused: there is little memory left, see \"ulimit -v\"");
     }
     if (!is_welcome) {
         adapters::NetworkStream stream(std::move(socket), nullptr);

@@ -93,7 +93,7 @@ asio::awaitable<Error> NetworkStream::answer_handshake(Handshakes& handshakes, s
     for (;;) {
         co_await handshakes.turn(client);
         auto needs = Direction::wait_read;
-        auto const outcome = begin_tls() ? shake(needs) : Error(asio::error::no_memory);
+        auto const outcome = begin_tls(handshakes) ? shake(needs) : Error(asio::error::no_memory);
         if (outcome != asio::error::would_block)
             co_return outcome;
         auto const [error] = co_await socket_.async_wait(needs, as_result);
@@ -103,11 +103,11 @@ asio::awaitable<Error> NetworkStream::answer_handshake(Handshakes& handshakes, s
 }
 
 /// At the first step, and no sooner: false when there is no memory.
-bool NetworkStream::begin_tls()
+bool NetworkStream::begin_tls(Handshakes& handshakes)
 {
     if (tls_)
         return true;
-    TlsConnection tls(SSL_new(context_.get()));
+    TlsConnection tls(handshakes.has_memory() ? SSL_new(context_.get()) : nullptr);
     context_.reset();
     if (!tls)
         return false;

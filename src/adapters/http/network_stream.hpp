@@ -116,7 +116,7 @@ private:
     using Direction = boost::asio::ip::tcp::socket::wait_type;
 
     boost::asio::awaitable<Error> await_hello();
-    bool begin_tls();
+    bool begin_tls(Handshakes& handshakes);
     Error shake(Direction& needs);
     boost::asio::awaitable<std::pair<Error, std::size_t>> read_tls(boost::asio::mutable_buffer buffer);
     template<class TlsCall, class PlainCall>

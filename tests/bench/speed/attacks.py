@@ -14,10 +14,12 @@ import resource
 import select
 import signal
 import socket
-import ssl
 import struct
 import sys
 import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
+from support.certificates import first_words_of_tls  # noqa: E402
 
 HANDSHAKE = ("GET {path} HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
              "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n")
@@ -52,18 +54,9 @@ def pages(port, path, clients):
             connection.close()
 
 
-def hello():
-    """What a browser says first by TLS. It may be said again and again."""
-    incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
-    client = ssl.create_default_context().wrap_bio(incoming, outgoing, server_hostname="localhost")
-    with contextlib.suppress(ssl.SSLWantReadError):
-        client.do_handshake()
-    return outgoing.read()
-
-
 def hellos(port, rate, addresses):
     """They reset their connections, as whoever floods does, so that no ports run out."""
-    said, interval, at_once = hello(), 1 / float(rate), 50
+    said, interval, at_once = first_words_of_tls(), 1 / float(rate), 50
     sources = itertools.cycle([f"127.0.2.{1 + number}" for number in range(int(addresses))])
     answered, next_one = select.epoll(), time.monotonic()
     connections = {}

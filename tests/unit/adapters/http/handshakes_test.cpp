@@ -38,7 +38,8 @@ void serve(asio::io_context& context, std::string& steps)
 BOOST_AUTO_TEST_CASE(between_two_steps_the_event_loop_serves_others)
 {
     asio::io_context context(1);
-    Handshakes handshakes(context.get_executor());
+    adapters::AddressSpace memory;
+    Handshakes handshakes(context.get_executor(), memory);
     std::string steps;
     for (int connection = 0; connection < 50; ++connection)
         asio::co_spawn(context, shake(handshakes, "a", steps), asio::detached);
@@ -51,7 +52,8 @@ BOOST_AUTO_TEST_CASE(between_two_steps_the_event_loop_serves_others)
 BOOST_AUTO_TEST_CASE(a_client_of_one_connection_does_not_wait_for_one_of_fifty)
 {
     asio::io_context context(1);
-    Handshakes handshakes(context.get_executor());
+    adapters::AddressSpace memory;
+    Handshakes handshakes(context.get_executor(), memory);
     std::string steps;
     for (int connection = 0; connection < 50; ++connection)
         asio::co_spawn(context, shake(handshakes, "a", steps), asio::detached);
