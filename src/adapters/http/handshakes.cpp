@@ -4,6 +4,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include <chrono>
 #include <utility>
 
 namespace webots_cloud::adapters {
@@ -19,7 +20,7 @@ asio::awaitable<void> Handshakes::turn(std::string const& client)
 
 void Handshakes::enqueue(std::string const& client, Waiting waiting)
 {
-    queue_.push(client, std::move(waiting));
+    queue_.push(client, std::move(waiting), std::chrono::steady_clock::now());
     if (queue_.size() == 1)
         schedule();
 }

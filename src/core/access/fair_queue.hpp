@@ -1,9 +1,10 @@
 // Whose turn it is next where clients ask for more than can be done at once.
 #pragma once
 
+#include <webots_cloud/time.hpp>
+
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,24 +13,26 @@
 
 namespace webots_cloud::core {
 
-/// Clients take turns, however many things each of them asks for: start-time fair queueing (P. Goyal,
-/// H. M. Vin, H. Cheng, SIGCOMM 1996) with things that all take one turn. A client that asks for little goes
-/// before all that always have something waiting: it is up to `credit` turns ahead of them.
+/// Who has asked for least lately goes first, however many things others have waiting. A client may have four
+/// turns a second: of a client that asks for more, each thing waits behind all that is due earlier, as if it
+/// had come when its turn is (virtual clocks: L. Zhang, SIGCOMM 1990). It is never more than `max_debt`
+/// behind clients that come for the first time.
 ///
-/// Memory: the things that wait, and a number for each client, of at most 65,536 (then all begin anew) and
-/// only as long as something waits.
+/// Memory: the things that wait, and a time for each client that has asked for more, of at most 65,536: then
+/// all begin anew.
 template<class Thing>
 class FairQueue
 {
 public:
-    void push(std::string const& client, Thing thing)
+    /// `now` never decreases.
+    void push(std::string const& client, Thing thing, TimePoint now)
     {
-        if (next_turns_.size() >= max_clients)
-            next_turns_.clear();
-        auto& next = next_turns_.try_emplace(client, 0).first->second;
-        next = std::max(next, now_ + 1);
-        waiting_.emplace(next, std::move(thing));
-        ++next;
+        if (due_.size() >= next_sweep_)
+            forget(now);
+        auto& due = due_.try_emplace(client, now).first->second;
+        auto const when = std::max(due, now);
+        waiting_.emplace(when, std::move(thing));
+        due = std::min(when + turn, now + max_debt);
     }
 
     /// The next thing; none: nothing waits.
@@ -38,27 +41,30 @@ public:
         if (waiting_.empty())
             return {};
         auto const first = waiting_.begin();
-        now_ = std::max(now_, first->first > credit ? first->first - credit : 0);
         std::optional<Thing> thing(std::move(first->second));
         waiting_.erase(first);
-        if (waiting_.empty()) {
-            next_turns_.clear();
-            now_ = 0;
-        }
         return thing;
     }
 
     std::size_t size() const noexcept { return waiting_.size(); }
 
 private:
-    using Turn = std::uint64_t; // of a client that always has something waiting
-
-    static constexpr Turn credit = 8;
+    static constexpr Duration turn = std::chrono::milliseconds(250);
+    static constexpr Duration max_debt = std::chrono::seconds(30);
     static constexpr std::size_t max_clients = 65'536;
+    static constexpr std::size_t min_sweep = 1'024;
 
-    std::multimap<Turn, Thing> waiting_; // of equal ones the first that came
-    std::unordered_map<std::string, Turn> next_turns_;
-    Turn now_ = 0; ///< That of a client that comes now, less one.
+    void forget(TimePoint now)
+    {
+        std::erase_if(due_, [now](auto const& client) { return client.second <= now; });
+        if (due_.size() >= max_clients)
+            due_.clear();
+        next_sweep_ = std::min(max_clients, std::max(min_sweep, 2 * due_.size()));
+    }
+
+    std::multimap<TimePoint, Thing> waiting_;        // of equal ones the first that came
+    std::unordered_map<std::string, TimePoint> due_; // the next turn of each client
+    std::size_t next_sweep_ = min_sweep;
 };
 
 } // namespace webots_cloud::core
