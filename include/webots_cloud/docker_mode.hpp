@@ -41,8 +41,6 @@ struct DockerModeParams
     /// Names this server among all that run containers on this machine, and stays the same from run to run:
     /// `webots-2000-1f3a9c4d`. Compose's project names begin with it, so that left-overs are recognised.
     std::string identity;
-    /// Tells the project names of this run from those of earlier ones.
-    std::string run;
     /// Use the `Dockerfile` of a project instead of ours. Its compose file is never used.
     bool project_dockerfiles = false;
     /// Present: unused images older than two days are removed, except these (`repository:tag`).
@@ -71,6 +69,8 @@ struct DockerModeHooks
 
     /// Whether a file exists now: the socket of the display. Default: none does.
     std::function<bool(std::filesystem::path const&)> exists;
+    /// Makes names of simulations that nobody can guess: 32 hexadecimal digits. Required.
+    std::function<std::string()> new_token;
 };
 
 /// How to run a project that has been prepared.
@@ -97,7 +97,7 @@ class DockerMode
 {
 public:
     DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock, Logger log,
-               DockerModeHooks hooks = {});
+               DockerModeHooks hooks);
     ~DockerMode();
 
     /// Finds docker and compose, and removes what an earlier run of this server left behind.
@@ -119,9 +119,6 @@ public:
     /// Errors: `not_found` (a template, or a file of a competition), `invalid_argument`, `unavailable`; the
     /// detail is a sentence for the browser.
     boost::asio::awaitable<result<ContainerPlan>> prepare(LaunchSpec const& spec, std::uint16_t port);
-
-    /// Forgets a project that was prepared and could not be started.
-    void forget(std::string const& project) noexcept;
 
     /// Removes whatever is left of a project that was prepared and has ended, and old images.
     boost::asio::awaitable<void> clear(std::string project);

@@ -316,7 +316,6 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     params.project_dockerfiles = config.containers.project_dockerfiles;
     params.persistent_images = config.containers.persistent_images;
     params.identity = core::docker_identity(host_name(), config.address.port, instances);
-    params.run = make_token().substr(0, 8);
     params.environment = current_environment();
     params.simulator_environment = config.simulator_environment;
     if (fs::exists("/dev/dri", failed))
@@ -533,6 +532,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
             std::error_code ignored;
             return fs::exists(path, ignored);
         };
+        hooks.new_token = make_token;
         docker = std::make_unique<DockerMode>(docker_params(config, instances, container_network, limits),
                                               *processes, *files, *clock, log, hooks);
         auto const opened = co_await docker->open();

@@ -56,7 +56,7 @@ asio::awaitable<result<std::size_t>> DockerCleanup::remove_kind(core::LeftoverKi
     auto const listing = co_await commands_.docker(std::move(kind.list));
     if (!listing)
         co_return listing.error();
-    auto const found = core::leftovers(*listing, scope);
+    auto const found = kind.found(*listing, scope);
     if (found.empty())
         co_return std::size_t{0};
     auto removal = std::move(kind.remove);
@@ -97,20 +97,27 @@ asio::awaitable<void> DockerCleanup::remove_builds(Arguments containers)
         log_.debug(concat("docker: ", removed.error().message()));
 }
 
-asio::awaitable<void> DockerCleanup::remove_old_images(std::set<std::string> const& running)
+asio::awaitable<Arguments> DockerCleanup::find_old_images()
+{
+    Arguments list{"images", "--format", std::string(core::image_format)};
+    auto const listing = co_await commands_.docker(std::move(list));
+    core::ImagePolicy policy;
+    policy.repository = params_.images;
+    policy.persistent = *params_.persistent_images;
+    auto found = core::old_images(listing ? *listing : std::string(), policy, clock_.wall());
+    auto list_builds = core::list_builds(params_.identity);
+    auto const builds = co_await commands_.docker(std::move(list_builds));
+    for (auto& build : core::old_builds(builds ? *builds : std::string(), clock_.wall()))
+        found.push_back(std::move(build));
+    co_return found;
+}
+
+asio::awaitable<void> DockerCleanup::remove_old_images()
 {
     if (!params_.persistent_images)
         co_return;
-    Arguments list{"images", "--format", std::string(core::image_format)};
-    auto const listing = co_await commands_.docker(std::move(list));
-    if (!listing)
-        co_return;
-    core::ImagePolicy policy;
-    policy.identity = params_.identity;
-    policy.repository = params_.images;
-    policy.persistent = *params_.persistent_images;
-    policy.projects = running;
-    for (auto const& image : core::old_images(*listing, policy, clock_.wall())) {
+    auto const found = co_await find_old_images();
+    for (auto const& image : found) {
         Arguments users{"ps", "--quiet", "--filter", concat("ancestor=", image)};
         auto const used = co_await commands_.docker(std::move(users));
         if (!used || !core::trim(*used).empty())

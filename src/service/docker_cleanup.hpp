@@ -9,7 +9,6 @@
 
 #include <boost/asio/awaitable.hpp>
 
-#include <set>
 #include <string>
 #include <vector>
 
@@ -24,8 +23,8 @@ public:
         : params_(params), commands_(commands), clock_(clock), log_(std::move(log))
     {}
 
-    /// Removes containers, networks and volumes of a simulation, until nothing is found any more; an empty
-    /// name: of all simulations of this server.
+    /// Removes containers, networks, volumes and names of images of a simulation, until nothing is found any
+    /// more; an empty name: of all simulations of this server.
     ///
     /// Errors: `unavailable`, and as `run_program`.
     boost::asio::awaitable<result<>> remove_leftovers(std::string project);
@@ -35,14 +34,15 @@ public:
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> watch_builds();
 
-    /// Removes old images that no container uses; not those of `running` simulations. Failures are logged.
-    boost::asio::awaitable<void> remove_old_images(std::set<std::string> const& running);
+    /// Removes old images that no container uses. Failures are logged.
+    boost::asio::awaitable<void> remove_old_images();
 
 private:
     boost::asio::awaitable<result<std::size_t>> remove_once(core::DockerScope const& scope);
     boost::asio::awaitable<result<std::size_t>> remove_kind(core::LeftoverKind kind,
                                                             core::DockerScope const& scope);
     boost::asio::awaitable<void> remove_builds(std::vector<std::string> containers);
+    boost::asio::awaitable<std::vector<std::string>> find_old_images();
 
     DockerModeParams const& params_;
     DockerCommands const& commands_;

@@ -12,7 +12,6 @@
 #include <boost/asio/this_coro.hpp>
 
 #include <optional>
-#include <set>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -35,7 +34,6 @@ struct DockerMode::Impl
     DockerProjectFiles files;
     DockerCleanup cleanup;
     DockerEngine engine;
-    std::set<std::string> projects;       ///< Prepared and not cleared.
     std::optional<async::Wakeup> cleared; ///< While `run()` is awaited.
 };
 
@@ -83,9 +81,7 @@ asio::awaitable<result<ContainerPlan>> DockerMode::prepare(LaunchSpec const& spe
     auto project = co_await impl_->files.write(spec, port, impl_->engine.runtime);
     if (!project)
         co_return project.error();
-    auto plan = impl_->plan(spec, std::move(*project));
-    impl_->projects.insert(plan.project);
-    co_return plan;
+    co_return impl_->plan(spec, std::move(*project));
 }
 
 ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject project) const
@@ -115,21 +111,15 @@ ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject pr
     return plan;
 }
 
-void DockerMode::forget(std::string const& project) noexcept
-{
-    impl_->projects.erase(project);
-}
-
 asio::awaitable<void> DockerMode::clear(std::string project)
 {
     auto const removed = co_await impl_->cleanup.remove_leftovers(project);
     if (!removed)
         impl_->log.error(LogCause("left-over"), concat("docker: of ", project, " something may be left: ",
                                                        removed.error().message()));
-    impl_->projects.erase(project);
     if (impl_->cleared)
         impl_->cleared->notify();
-    co_await impl_->cleanup.remove_old_images(impl_->projects);
+    co_await impl_->cleanup.remove_old_images();
 }
 
 } // namespace webots_cloud

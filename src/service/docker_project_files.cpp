@@ -68,10 +68,11 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     walls.system_calls = system_calls->front().has_value();
     if (walls.system_calls)
         added.emplace_back(core::system_calls_file_name, *system_calls->front());
-    auto const dockerfile = co_await choose_dockerfile(texts, own);
-    if (!dockerfile)
-        co_return dockerfile.error();
-    for (auto& file : core::container_files(texts, *dockerfile, *env_file, *compose_file, walls))
+    auto const chosen = co_await choose_dockerfile(texts, own);
+    if (!chosen)
+        co_return chosen.error();
+    auto dockerfile = core::with_last_step(*chosen, params_.identity);
+    for (auto& file : core::container_files(texts, std::move(dockerfile), *env_file, *compose_file, walls))
         added.push_back(std::move(file));
     std::vector<TextFile> files;
     for (auto& [name, text] : added)
@@ -103,7 +104,7 @@ result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const
     core::DockerEnvironment environment;
     environment.image = std::move(*image);
     environment.port = port;
-    environment.project = concat(params_.identity, "-", params_.run, "-", spec.label);
+    environment.project = core::compose_project(params_.identity, spec.label, hooks_.new_token());
     environment.server = params_.identity;
     environment.world = spec.world.filename().string();
     environment.stream_mode = spec.mode;

@@ -378,7 +378,7 @@ void RunningSimulation::on_line(std::string_view line)
         on_container_end(line);
     if (source != compose || state_.was_ready())
         return;
-    last_words_.add(line);
+    last_words_.add(core::without_project(line, plan_.project));
     state_.start_goes_on(clock_.now());
     if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
         stop(core::missing_image_text(plan_.image));
@@ -397,7 +397,8 @@ void RunningSimulation::show_progress(std::string_view text)
     if (!state_.is_starting() || core::trim(text).empty() || text.starts_with('.') ||
         !progress_budget_.take(clock_.now()))
         return;
-    events_.emplace_back(SimulationProgress(core::printable(core::trim(text))));
+    auto const told = core::without_project(core::trim(text), plan_.project);
+    events_.emplace_back(SimulationProgress(core::printable(told)));
 }
 
 asio::awaitable<void> RunningSimulation::restart_controller()

@@ -92,18 +92,21 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     check_names(core::leftovers(listing, scope), listing);
     check_names(core::unstarted_builds(listing, identity), listing);
     core::ImagePolicy policy;
-    policy.identity = identity;
     policy.repository = "cyberbotics/webots.cloud";
     policy.persistent = {"cyberbotics/webots.cloud:R2025a"};
-    policy.projects = {"webots-2000-1f3a9c4d-1"};
     WallTime const now = std::chrono::sys_days(std::chrono::year(2026) / 11 / 22);
     auto const old = core::old_images(listing, policy, now);
     check_names(old, listing);
     for (auto const& image : old) {
-        fuzz::require(image != policy.persistent.front() && !image.starts_with("webots-2000-1f3a9c4d-1"));
-        fuzz::require(image.starts_with("cyberbotics/webots.cloud:") ||
-                      image.starts_with("webots-2000-1f3a9c4d-"));
+        fuzz::require(image != policy.persistent.front());
+        fuzz::require(image.starts_with("cyberbotics/webots.cloud:"));
     }
+    check_names(core::old_builds(listing, now), listing);
+    scope.project = "webots-2000-1f3a9c4d-1";
+    auto const named = core::named_images(listing, scope);
+    check_names(named, listing);
+    for (auto const& image : named)
+        fuzz::require(image.starts_with(scope.project));
     check_ours(listing);
     return 0;
 }

@@ -156,8 +156,34 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 async with Browser(simulation) as browser:
                     await self.start(browser, world("robots"))
                 self.check_clean(simulation)
-            self.assertTrue([text for text in browser.told if text.endswith("Using cache")], browser.told)
-            self.assertFalse([text for text in browser.told if "Running in" in text], browser.told)
+            steps = [text for text in browser.told if text.startswith(("loading: Step ", "loading: ---> "))]
+            began = [step for step, what in zip(steps, steps[1:]) if what.startswith("loading: ---> Running in ")]
+            # An image that loses its name loses its last step with it, which does nothing.
+            self.assertEqual(len(began), 1, browser.told)
+            self.assertRegex(began[0], r"^loading: Step (\d+)/\1 : LABEL webots_cloud\.server=")
+            self.assertTrue([text for text in steps if text.endswith("Using cache")], browser.told)
+
+    async def test_no_browser_hears_a_name_of_what_is_built_and_nothing_that_has_ended_has_one(self):
+        def names():
+            return [name for name in docker.run("images", "--format", "{{.Repository}}").split() if name.startswith("webots-")]
+
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("robots"))
+                name, = names()
+                self.assertRegex(name, rf"^webots-{simulation.port}-[0-9a-f]{{8}}-1-[0-9a-f]{{32}}[-_]webots$")
+                secret = name[:-len("_webots")].rpartition("-")[2]
+                self.assertTrue([text for text in browser.told if "simulation" in text], browser.told)
+                self.assertFalse([text for text in browser.told if secret in text or name.partition("-1-")[0] in text], browser.told)
+            self.check_clean(simulation)
+            self.assertEqual(names(), [])
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("robots"))
+                await asyncio.to_thread(self.kill_server_and_guards, simulation)
+            self.assertEqual(len(names()), 1)
+            await asyncio.to_thread(simulation.start)
+            self.check_clean(simulation)
+            self.assertEqual(names(), [])
 
     async def test_containers_have_no_capabilities_and_see_no_display_where_there_is_to_be_none(self):
         with server(display="none") as simulation:

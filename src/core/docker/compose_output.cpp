@@ -61,6 +61,17 @@ bool is_progress(std::string_view line)
     return !trim(line).empty() && line.find("theia") == std::string_view::npos;
 }
 
+std::string without_project(std::string_view text, std::string_view project)
+{
+    std::string told;
+    for (auto found = text.find(project); !project.empty() && found != std::string_view::npos;
+         found = text.find(project)) {
+        told.append(text.substr(0, found)).append("simulation");
+        text.remove_prefix(found + project.size());
+    }
+    return told.append(text);
+}
+
 bool says_image_is_missing(std::string_view line, std::string_view image)
 {
     auto const says = [&](std::string_view text) { return line.find(text) != std::string_view::npos; };

@@ -2,6 +2,7 @@
 // section 6.4).
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace webots_cloud::core {
@@ -31,6 +32,10 @@ ComposeLine parse_compose_line(std::string_view line, std::string_view project);
 
 /// Whether the browser is shown the line while it waits: not the editor's output, and no empty lines.
 bool is_progress(std::string_view line);
+
+/// A text for the browser: names of containers, networks and images begin with the project's, which nobody is
+/// told who could build an image from them.
+std::string without_project(std::string_view text, std::string_view project);
 
 /// Whether compose reports that `image` does not exist. A build may lack other things too.
 bool says_image_is_missing(std::string_view line, std::string_view image);

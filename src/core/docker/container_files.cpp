@@ -23,7 +23,8 @@ result<std::vector<ContainerFile>> competition_files(CompetitionTexts const& tex
             "A competition needs a Dockerfile in its folder controllers, and the project has none.");
     std::vector<ContainerFile> files;
     files.emplace_back(concat("worlds/", world), with_extern_participant(*texts.world));
-    files.emplace_back(controller_dockerfile, with_server_label(*texts.controller_dockerfile, server));
+    files.emplace_back(controller_dockerfile,
+                       with_last_step(with_server_label(*texts.controller_dockerfile, server), server));
     if (texts.launcher)
         files.emplace_back(controller_launcher, *texts.launcher);
     return files;

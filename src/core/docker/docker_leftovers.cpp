@@ -31,6 +31,14 @@ bool is_of(std::string_view project, std::string_view identity)
     return project.starts_with(identity) && project.substr(identity.size()).starts_with('-');
 }
 
+/// Of a project with the service `webots`, compose 1 names the image `<project>_webots`, compose 2
+/// `<project>-webots`.
+bool is_image_of(std::string_view image, std::string_view project)
+{
+    auto const rest = image.starts_with(project) ? image.substr(project.size()) : std::string_view();
+    return rest.starts_with('_') || rest.starts_with('-');
+}
+
 /// A label without its quotes. JSON escapes in it stay escaped: our own labels have none. Nothing: it is not
 /// a JSON string.
 std::optional<std::string_view> label_of(std::string_view json)
@@ -83,13 +91,10 @@ std::optional<WallTime> parse_time(std::string const& text)
     return std::chrono::sys_days(date) + std::chrono::hours(hour) + std::chrono::minutes(minute) - offset;
 }
 
-bool is_ours(std::string_view image, ImagePolicy const& policy)
+bool is_old(std::string_view created, WallTime now)
 {
-    if (image.starts_with(concat(policy.repository, ":")))
-        return true;
-    bool const lives = std::any_of(policy.projects.begin(), policy.projects.end(),
-                                   [&](std::string const& project) { return image.starts_with(project); });
-    return is_of(image, policy.identity) && !lives;
+    auto const time = parse_time(std::string(created));
+    return time && now - *time > image_age;
 }
 
 } // namespace
@@ -108,9 +113,14 @@ std::vector<LeftoverKind> leftover_kinds()
     std::string const containers(container_format);
     std::string const networks(network_format);
     std::string const volumes(volume_format);
-    return {LeftoverKind(Words{"ps", "--all", "--format", containers}, Words{"rm", "--force", "--volumes"}),
-            LeftoverKind(Words{"network", "ls", "--format", networks}, Words{"network", "rm"}),
-            LeftoverKind(Words{"volume", "ls", "--format", volumes}, Words{"volume", "rm", "--force"})};
+    std::string const images(image_format);
+    return {
+        LeftoverKind(Words{"ps", "--all", "--format", containers}, leftovers,
+                     Words{"rm", "--force", "--volumes"}),
+        LeftoverKind(Words{"network", "ls", "--format", networks}, leftovers, Words{"network", "rm"}),
+        LeftoverKind(Words{"volume", "ls", "--format", volumes}, leftovers, Words{"volume", "rm", "--force"}),
+        LeftoverKind(Words{"images", "--format", images}, named_images,
+                     Words{"rmi", "--force", "--no-prune"})};
 }
 
 bool BuildWatch::goes_on() const noexcept
@@ -144,6 +154,16 @@ std::vector<std::string> leftovers(std::string_view listing, DockerScope const& 
     return found;
 }
 
+std::vector<std::string> named_images(std::string_view listing, DockerScope const& scope)
+{
+    std::vector<std::string> found;
+    for (auto const& fields : rows_of(listing))
+        if (is_of(fields[0], scope.identity) &&
+            (scope.project.empty() || is_image_of(fields[0], scope.project)))
+            found.emplace_back(fields[0]);
+    return found;
+}
+
 std::vector<std::string> unstarted_builds(std::string_view listing, std::string_view identity)
 {
     std::vector<std::string> found;
@@ -157,14 +177,31 @@ std::vector<std::string> old_images(std::string_view listing, ImagePolicy const&
 {
     std::vector<std::string> found;
     for (auto const& fields : rows_of(listing)) {
-        if (fields.size() != 2 || !is_ours(fields[0], policy))
-            continue;
         auto const& keep = policy.persistent;
-        auto const created = parse_time(std::string(fields[1]));
-        if (created && now - *created > image_age &&
-            std::find(keep.begin(), keep.end(), fields[0]) == keep.end())
+        if (fields.size() == 2 && fields[0].starts_with(concat(policy.repository, ":")) &&
+            is_old(fields[1], now) && std::find(keep.begin(), keep.end(), fields[0]) == keep.end())
             found.emplace_back(fields[0]);
     }
+    return found;
+}
+
+std::vector<std::string> list_builds(std::string_view identity)
+{
+    return {"images",
+            "--filter",
+            "dangling=true",
+            "--filter",
+            concat("label=webots_cloud.server=", identity),
+            "--format",
+            std::string(build_format)};
+}
+
+std::vector<std::string> old_builds(std::string_view listing, WallTime now)
+{
+    std::vector<std::string> found;
+    for (auto const& fields : rows_of(listing))
+        if (fields.size() == 2 && is_old(fields[1], now))
+            found.emplace_back(fields[0]);
     return found;
 }
 

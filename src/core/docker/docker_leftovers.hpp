@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,19 +28,24 @@ struct DockerScope
     std::string project;  ///< One simulation's; empty: those of all simulations of the server.
 };
 
+/// Those objects of a listing that belong to the scope.
+using LeftoverFilter = std::vector<std::string> (*)(std::string_view listing, DockerScope const& scope);
+
 /// A kind of object that simulations leave behind: the arguments of docker that list and that remove it.
 struct LeftoverKind
 {
     LeftoverKind() = default;
-    LeftoverKind(std::vector<std::string> list, std::vector<std::string> remove)
-        : list(std::move(list)), remove(std::move(remove))
+    LeftoverKind(std::vector<std::string> list, LeftoverFilter found, std::vector<std::string> remove)
+        : list(std::move(list)), found(found), remove(std::move(remove))
     {}
 
     std::vector<std::string> list;
+    LeftoverFilter found = nullptr;
     std::vector<std::string> remove; ///< The names of the objects follow.
 };
 
-/// In the order of their removal: networks and volumes can't be removed while a container uses them.
+/// In the order of their removal: networks, volumes and images can't be removed while a container uses them.
+/// Of an image its name goes, and its last step; the others stay, for the next build.
 std::vector<LeftoverKind> leftover_kinds();
 
 /// The format for `docker <kind> ls --format`. Labels are requested as JSON:
@@ -54,10 +58,14 @@ inline constexpr std::string_view network_format =
 inline constexpr std::string_view volume_format =
     "{{.Name}}\t{{json (.Label \"com.docker.compose.project\")}}";
 inline constexpr std::string_view image_format = "{{.Repository}}:{{.Tag}}\t{{.CreatedAt}}";
+inline constexpr std::string_view build_format = "{{.ID}}\t{{.CreatedAt}}";
 
 /// The containers, networks or volumes of a listing that belong to the scope, and containers in which a build
 /// of this server has failed.
 std::vector<std::string> leftovers(std::string_view listing, DockerScope const& scope);
+
+/// The images of a listing that were built for the scope.
+std::vector<std::string> named_images(std::string_view listing, DockerScope const& scope);
 
 /// The containers of a listing that are steps of this server's builds and not started. Docker starts them at
 /// once, unless its client disconnects at that moment: then they stay.
@@ -89,13 +97,18 @@ struct ImagePolicy
 {
     ImagePolicy() = default;
 
-    std::string identity;                ///< Images that were built for this server's simulations.
     std::string repository;              ///< Of the default images.
     std::vector<std::string> persistent; ///< `repository:tag` that stay.
-    std::set<std::string> projects;      ///< Running simulations, whose images stay.
 };
 
-/// The images of a listing that are ours and older than 48 hours; a container may still use them.
+/// The default images of a listing that are older than 48 hours; a container may still use them.
 std::vector<std::string> old_images(std::string_view listing, ImagePolicy const& policy, WallTime now);
+
+/// The arguments of docker that list, in `build_format`, what is kept of the builds of this server: images
+/// without a name.
+std::vector<std::string> list_builds(std::string_view identity);
+
+/// The images of such a listing that are older than 48 hours; a container may still use them.
+std::vector<std::string> old_builds(std::string_view listing, WallTime now);
 
 } // namespace webots_cloud::core

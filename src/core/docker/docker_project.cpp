@@ -181,6 +181,16 @@ std::string with_server_label(std::string_view dockerfile, std::string_view serv
     return text;
 }
 
+std::string with_last_step(std::string_view dockerfile, std::string_view server)
+{
+    return concat(dockerfile, "\nLABEL webots_cloud.server=", server, "\n");
+}
+
+std::string compose_project(std::string_view identity, std::string_view label, std::string_view token)
+{
+    return concat(identity, "-", label, "-", token);
+}
+
 result<std::string> env_file(DockerEnvironment const& environment)
 {
     if (!is_harmless_file_name(environment.world))

@@ -3,6 +3,7 @@
 
 #include "async/task_group.hpp"
 #include "core/docker/docker_leftovers.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/simulation_service.hpp>
@@ -18,6 +19,7 @@
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
+using core::concat;
 namespace asio = boost::asio;
 
 // Protocol sections 6.3, 6.4, 6.5, 4.1.2 (step 9) and 4.1.3.
@@ -30,8 +32,12 @@ using Texts = std::vector<std::string>;
 constexpr auto start_message =
     R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})";
 constexpr auto root = "/instances/1/project";
+constexpr auto project = "webots-2000-1f3a9c4d-1-0123456789abcdef0123456789abcdef";
 constexpr auto competition =
     "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n";
+
+/// What is listed to find what is left: containers, networks, volumes and images.
+constexpr int looks = 4;
 
 /// A template that tells its name.
 std::string compose_file(std::string const& name)
@@ -46,10 +52,16 @@ DockerModeParams docker_params()
     params.docker_compose = "/bin/docker-compose";
     params.templates = "/templates";
     params.identity = "webots-2000-1f3a9c4d";
-    params.run = "aa";
     params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}};
     params.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
     return params;
+}
+
+DockerModeHooks docker_hooks()
+{
+    DockerModeHooks hooks;
+    hooks.new_token = [] { return std::string("0123456789abcdef0123456789abcdef"); };
+    return hooks;
 }
 
 SimulationLauncherParams launcher_params()
@@ -90,7 +102,7 @@ std::string joined(Texts const& argv)
 /// A simulation server that runs containers, on fakes. At its end nothing may be left.
 struct Fixture
 {
-    explicit Fixture(DockerModeParams params = docker_params(), DockerModeHooks hooks = {})
+    explicit Fixture(DockerModeParams params = docker_params(), DockerModeHooks hooks = docker_hooks())
         : docker(std::move(params), processes, files, world.clock, log.logger(), std::move(hooks)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
           launcher(launcher_params(), processes, world.clock, log.logger(), &docker),
@@ -125,7 +137,7 @@ struct Fixture
     {
         expect_commands(1, "Docker Compose version v2\n");
         expect_commands(1, "Docker 26.1.5 has io.containerd.runc.v2 runc \n");
-        expect_commands(3);
+        expect_commands(looks);
         BOOST_TEST_REQUIRE(world.run(docker.open()).has_value());
         opened = processes.started().size();
     }
@@ -194,9 +206,6 @@ std::ptrdiff_t errors_told(testing::LoopbackChannel const& browser)
                          [](std::string const& text) { return text.starts_with("loading: Error: "); });
 }
 
-/// Every line of `docker ps`, `network ls` and `volume ls` when nothing is there.
-constexpr int looks = 3;
-
 } // namespace
 
 BOOST_AUTO_TEST_CASE(compose_as_a_part_of_docker_is_preferred)
@@ -209,6 +218,7 @@ BOOST_AUTO_TEST_CASE(compose_as_a_part_of_docker_is_preferred)
     BOOST_TEST(joined(started.at(2).argv).starts_with("/bin/docker ps --all --format "));
     BOOST_TEST(joined(started.at(3).argv).starts_with("/bin/docker network ls --format "));
     BOOST_TEST(joined(started.at(4).argv).starts_with("/bin/docker volume ls --format "));
+    BOOST_TEST(joined(started.at(5).argv).starts_with("/bin/docker images --format "));
 }
 
 BOOST_AUTO_TEST_CASE(compose_as_a_program_of_its_own_will_do)
@@ -293,10 +303,13 @@ BOOST_AUTO_TEST_CASE(what_a_dead_predecessor_left_is_removed_until_nothing_is_fo
     fixture.expect_commands(1, "n1\t\"webots-2000-1f3a9c4d-old-1\"\nn2\t\"blog\"\n");
     fixture.processes.expect().prints("somebody else has removed it\n").exits(1);
     fixture.expect_commands(1);
-    fixture.expect_commands(looks);
+    fixture.expect_commands(1, "webots-2000-1f3a9c4d-1-0_webots:latest\tnow\ndebian:12\tnow\n");
+    fixture.expect_commands(1 + looks);
     BOOST_TEST(said_by_open(fixture) == "");
     BOOST_TEST(joined(fixture.processes.started().at(3).argv) == "/bin/docker rm --force --volumes c1");
     BOOST_TEST(joined(fixture.processes.started().at(5).argv) == "/bin/docker network rm n1");
+    BOOST_TEST(joined(fixture.processes.started().at(8).argv) ==
+               "/bin/docker rmi --force --no-prune webots-2000-1f3a9c4d-1-0_webots:latest");
 }
 
 BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
@@ -321,10 +334,10 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
                                       "loading: Loading", "webots:ws://host.org:2001", "."}),
                boost::test_tools::per_element());
     BOOST_TEST(fixture.written("docker-compose.yml") == compose_file("docker-compose-theia.yml"));
-    BOOST_TEST(fixture.written("Dockerfile") == "Dockerfile.default");
+    BOOST_TEST(fixture.written("Dockerfile") ==
+               "Dockerfile.default\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
     BOOST_TEST(fixture.written(".env").find(
-                   "\nMAKE=1\nPORT=2001\nCOMPOSE_PROJECT_NAME=webots-2000-1f3a9c4d-aa-1\n") !=
-               std::string::npos);
+                   concat("\nMAKE=1\nPORT=2001\nCOMPOSE_PROJECT_NAME=", project, "\n")) != std::string::npos);
     BOOST_TEST(
         fixture.written(".env").ends_with("THEIA_VOLUME=webots-project/controllers/\nTHEIA_PORT=2501\n"));
     auto const up = fixture.processes.started().at(fixture.opened);
@@ -401,7 +414,7 @@ BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
 
 BOOST_AUTO_TEST_CASE(the_names_of_newer_containers_are_known_too)
 {
-    for (std::string const prefix : {"webots-1  | ", "webots-2000-1f3a9c4d-aa-1-webots-1  | "}) {
+    for (auto const& prefix : {std::string("webots-1  | "), concat(project, "-webots-1  | ")}) {
         Fixture fixture;
         fixture.open();
         fixture.processes.expect()
@@ -415,6 +428,29 @@ BOOST_AUTO_TEST_CASE(the_names_of_newer_containers_are_known_too)
         BOOST_TEST(browser.was_told("webots:"));
         fixture.leave(browser);
     }
+}
+
+// Compose prints the names of images and containers, from which anybody's build could take files.
+BOOST_AUTO_TEST_CASE(no_browser_hears_the_name_of_a_simulation)
+{
+    Fixture fixture;
+    fixture.open();
+    auto const name = std::string(project);
+    fixture.processes.expect()
+        .prints("Creating network \"" + name + "_default\"\nSuccessfully tagged " + name + "_webots:latest\n")
+        .after(1s)
+        .prints("ERROR: for " + name + "_webots_1 no such runtime\n")
+        .exits(1);
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    fixture.world.advance(1s);
+    BOOST_TEST(browser.was_told("loading: Creating network \"simulation_default\""));
+    BOOST_TEST(browser.was_told("loading: Successfully tagged simulation_webots:latest"));
+    BOOST_TEST(browser.sent.back() ==
+               "loading: Error: Unable to start Webots: it exited with status 1 before "
+               "the world was loaded: ERROR: for simulation_webots_1 no such runtime");
+    for (auto const& text : browser.sent)
+        BOOST_TEST(text.find("0123456789abcdef") == std::string::npos, text);
 }
 
 BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_was_given_up_is_removed_when_it_is_not_started)
@@ -485,7 +521,7 @@ BOOST_AUTO_TEST_CASE(the_socket_of_the_display_is_shown_while_it_is_there)
     for (bool const there : {false, true}) {
         auto params = docker_params();
         params.display = ":3";
-        DockerModeHooks hooks;
+        auto hooks = docker_hooks();
         hooks.exists = [there](std::filesystem::path const& path) {
             return there && path == "/tmp/.X11-unix/X3";
         };
@@ -557,7 +593,8 @@ BOOST_AUTO_TEST_CASE(files_of_the_project_are_replaced_and_the_browser_is_told)
                    "loading: The Dockerfile of the project is not used: this server builds with its own.",
                    "loading: The docker-compose.yml of the project is not used: this server runs its own."}),
         boost::test_tools::per_element());
-    BOOST_TEST(fixture.written("Dockerfile") == "Dockerfile.default");
+    BOOST_TEST(fixture.written("Dockerfile") ==
+               "Dockerfile.default\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
     BOOST_TEST(fixture.written("docker-compose.yml") == compose_file("docker-compose-default.yml"));
     fixture.leave(browser);
 }
@@ -576,7 +613,8 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
     BOOST_TEST(fixture.written("Dockerfile") ==
-               "FROM mine\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
+               "FROM mine\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n\n"
+               "LABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
     BOOST_TEST(errors_told(browser) == 1);
     BOOST_TEST(
         browser.sent.back().starts_with("loading: Error: Unable to start Webots: it exited with status 1"));
@@ -688,16 +726,21 @@ BOOST_AUTO_TEST_CASE(what_compose_left_is_removed_when_the_simulation_ends)
     Fixture fixture;
     fixture.open();
     fixture.processes.expect();
-    fixture.expect_commands(1, "c1\t\"webots-2000-1f3a9c4d-aa-1\"\t\"\"\tCreated\nc2\t\"webots-2000-1f3a9c4d-"
-                               "aa-2\"\t\"\"\tUp 1 second\n");
+    fixture.expect_commands(
+        1, concat("c1\t\"", project, "\"\t\"\"\tCreated\nc2\t\"webots-2000-1f3a9c4d-2-0\"\t\"\"\tUp\n"));
     fixture.expect_commands(1);
     fixture.expect_commands(2);
+    fixture.expect_commands(
+        1, concat(project, "_webots:latest\tnow\nwebots-2000-1f3a9c4d-2-0_webots:latest\tnow\n"));
+    fixture.expect_commands(1);
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
     fixture.leave(browser);
     fixture.world.advance(1s);
     BOOST_TEST(fixture.run().at(2) == "/bin/docker rm --force --volumes c1");
-    BOOST_TEST(fixture.run().size() == 1u + looks + 1u + looks);
+    BOOST_TEST(fixture.run().at(6) ==
+               concat("/bin/docker rmi --force --no-prune ", project, "_webots:latest"));
+    BOOST_TEST(fixture.run().size() == 1u + looks + 2u + looks);
 }
 
 BOOST_AUTO_TEST_CASE(old_images_go_only_where_the_operator_has_named_those_that_stay)
@@ -710,19 +753,21 @@ BOOST_AUTO_TEST_CASE(old_images_go_only_where_the_operator_has_named_those_that_
     fixture.expect_commands(looks);
     fixture.expect_commands(1, "cyberbotics/webots.cloud:R2025a-ubuntu22.04\t1970-01-01 00:00:00 +0000 UTC\n"
                                "cyberbotics/webots.cloud:R2023b-ubuntu22.04\t1970-01-01 00:00:00 +0000 UTC\n"
-                               "webots-2000-1f3a9c4d-aa-0_webots:latest\t1970-01-01 00:00:00 +0000 UTC\n"
                                "debian:12\t1970-01-01 00:00:00 +0000 UTC\n");
+    fixture.expect_commands(1, "0a1b2c3d4e5f\t1970-01-01 00:00:00 +0000 UTC\n");
     fixture.expect_commands(1, "a container\n");
     fixture.expect_commands(2);
     auto& browser = fixture.start();
     fixture.leave(browser);
     auto const run = fixture.run();
-    BOOST_TEST_REQUIRE(run.size() == 1u + looks + 4u);
-    BOOST_TEST(run.at(5) ==
+    BOOST_TEST_REQUIRE(run.size() == 1u + looks + 5u);
+    BOOST_TEST(run.at(6) == "/bin/docker images --filter dangling=true --filter "
+                            "label=webots_cloud.server=webots-2000-1f3a9c4d --format "
+                            "{{.ID}}\t{{.CreatedAt}}");
+    BOOST_TEST(run.at(7) ==
                "/bin/docker ps --quiet --filter ancestor=cyberbotics/webots.cloud:R2023b-ubuntu22.04");
-    BOOST_TEST(run.at(6) ==
-               "/bin/docker ps --quiet --filter ancestor=webots-2000-1f3a9c4d-aa-0_webots:latest");
-    BOOST_TEST(run.at(7) == "/bin/docker rmi webots-2000-1f3a9c4d-aa-0_webots:latest");
+    BOOST_TEST(run.at(8) == "/bin/docker ps --quiet --filter ancestor=0a1b2c3d4e5f");
+    BOOST_TEST(run.at(9) == "/bin/docker rmi 0a1b2c3d4e5f");
 }
 
 /// A competition, a reset and an end: in the n-th run the n-th call of one seam fails.
@@ -755,7 +800,7 @@ BOOST_AUTO_TEST_CASE(whatever_fails_exactly_one_error_is_told_and_nothing_is_lef
     auto const processes = [](Fixture& fixture) -> testing::Fuse& { return fixture.processes.fuse; };
     BOOST_TEST(run_until_nothing_blows(files) ==
                7); // project, compose file, competition, launcher, system calls, Dockerfile; all written
-    BOOST_TEST(run_until_nothing_blows(processes) == 6); // a port, compose, a restart, three listings
+    BOOST_TEST(run_until_nothing_blows(processes) == 7); // a port, compose, a restart, four listings
 }
 
 BOOST_AUTO_TEST_SUITE_END()

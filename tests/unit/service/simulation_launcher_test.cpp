@@ -607,7 +607,7 @@ namespace {
 struct ContainerFixture : Fixture
 {
     ContainerFixture()
-        : docker(docker_params(), host, files, world.clock, log.logger()),
+        : docker(docker_params(), host, files, world.clock, log.logger(), docker_hooks()),
           containers(launcher_params(), host, world.clock, log.logger(), &docker)
     {
         files.texts["/templates/docker-compose-default.yml"] = "services:\n  webots:\n";
@@ -627,8 +627,14 @@ struct ContainerFixture : Fixture
         params.docker = "/bin/docker";
         params.templates = "/templates";
         params.identity = "webots-2000-1f3a9c4d";
-        params.run = "aa";
         return params;
+    }
+
+    static DockerModeHooks docker_hooks()
+    {
+        DockerModeHooks hooks;
+        hooks.new_token = [] { return std::string(32, '0'); };
+        return hooks;
     }
 
     void expect_commands(int count, std::string output = {}, Duration each = {})
@@ -637,7 +643,7 @@ struct ContainerFixture : Fixture
             processes.expect().after(each).prints(output).exits(0);
     }
 
-    static constexpr int looks = 3; ///< Commands that list containers, networks and volumes left behind.
+    static constexpr int looks = 4; ///< Commands that list what was left behind: containers and the like.
 
     testing::MemoryTextFiles files;
     DockerMode docker;

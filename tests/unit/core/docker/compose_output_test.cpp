@@ -69,6 +69,16 @@ BOOST_AUTO_TEST_CASE(the_end_of_the_simulator_is_noticed_while_other_containers_
     BOOST_TEST((parse_compose_line("controller-1 exited with code 0", project).source == Source::compose));
 }
 
+BOOST_AUTO_TEST_CASE(names_of_simulations_are_left_out)
+{
+    BOOST_TEST(without_project("Creating webots-2000-1f3a9c4d-aa-17_webots_1 ... done", project) ==
+               "Creating simulation_webots_1 ... done");
+    BOOST_TEST(without_project("webots-2000-1f3a9c4d-aa-17 webots-2000-1f3a9c4d-aa-17", project) ==
+               "simulation simulation");
+    BOOST_TEST(without_project("Step 1/7 : ARG A", project) == "Step 1/7 : ARG A");
+    BOOST_TEST(without_project("Step 1/7 : ARG A", "") == "Step 1/7 : ARG A"); // there is no project
+}
+
 BOOST_AUTO_TEST_CASE(browsers_see_everything_but_empty_lines_and_the_editor)
 {
     BOOST_TEST(is_progress("Step 1/7 : ARG WEBOTS_DEFAULT_IMAGE"));

@@ -96,7 +96,7 @@ BOOST_AUTO_TEST_CASE(a_competition_needs_a_world_and_a_dockerfile_and_may_have_a
     BOOST_TEST(names_of(*files) == (std::vector<std::string>{"worlds/a.wbt", "controllers/Dockerfile"}),
                boost::test_tools::per_element());
     BOOST_TEST(files->at(0).second == with_extern_participant(*texts.world));
-    BOOST_TEST(files->at(1).second == with_server_label("FROM a\n", "server"));
+    BOOST_TEST(files->at(1).second == with_last_step(with_server_label("FROM a\n", "server"), "server"));
     texts.launcher = "import os";
     BOOST_TEST(names_of(competition_files(texts, "a.wbt", "server").value()).back() ==
                "remote_controller_launcher.py");

@@ -39,10 +39,8 @@ constexpr auto containers = "aaa\t\"webots-2000-1f3a9c4d-run1-1\"\t\"webots-2000
 ImagePolicy policy()
 {
     ImagePolicy policy;
-    policy.identity = identity;
     policy.repository = "cyberbotics/webots.cloud";
     policy.persistent = {"cyberbotics/webots.cloud:R2025a-ubuntu22.04"};
-    policy.projects = {"webots-2000-1f3a9c4d-run1-3"};
     return policy;
 }
 
@@ -84,21 +82,50 @@ BOOST_AUTO_TEST_CASE(networks_and_volumes_are_known_by_their_project)
     BOOST_TEST(leftovers("rubbish\n\t\n", scope()).empty());
 }
 
-BOOST_AUTO_TEST_CASE(images_go_that_are_ours_and_older_than_48_hours_and_not_kept_by_the_operator)
+BOOST_AUTO_TEST_CASE(default_images_go_that_are_older_than_48_hours_and_not_kept_by_the_operator)
 {
     constexpr auto images = "cyberbotics/webots.cloud:R2025a-ubuntu22.04\t2025-01-30 10:00:00 +0000 UTC\n"
                             "cyberbotics/webots.cloud:R2023b-ubuntu22.04\t2023-06-30 10:00:00 +0200 CEST\n"
-                            "webots-2000-1f3a9c4d-run1-1_webots:latest\t2026-11-19 11:59:00 +0000 UTC\n"
-                            "webots-2000-1f3a9c4d-run1-2_webots:latest\t2026-11-19 12:01:00 +0000 UTC\n"
-                            "webots-2000-1f3a9c4d-run1-3_webots:latest\t2026-11-01 12:00:00 +0000 UTC\n"
-                            "webots-3000-1f3a9c4d-run1-1_webots:latest\t2026-11-01 12:00:00 +0000 UTC\n"
+                            "cyberbotics/webots.cloud:R2023a-ubuntu20.04\t2026-11-19 11:59:00 +0000 UTC\n"
+                            "cyberbotics/webots.cloud:R2022b-ubuntu20.04\t2026-11-19 12:01:00 +0000 UTC\n"
+                            "webots-2000-1f3a9c4d-1-0a_webots:latest\t2026-11-01 12:00:00 +0000 UTC\n"
                             "cyberbotics/webots.cloud-other:1\t2023-06-30 10:00:00 +0000 UTC\n"
                             "<none>:<none>\t2023-06-30 10:00:00 +0000 UTC\n"
-                            "webots-2000-1f3a9c4d-run1-9_webots:latest\tlong ago\n"
+                            "cyberbotics/webots.cloud:R2021b-ubuntu20.04\tlong ago\n"
                             "debian:12\t2023-06-30 10:00:00 +0000 UTC\n";
     auto const now = std::chrono::sys_days(std::chrono::year(2026) / 11 / 21) + 12h;
     BOOST_TEST(old_images(images, policy(), now) == (Names{"cyberbotics/webots.cloud:R2023b-ubuntu22.04",
-                                                           "webots-2000-1f3a9c4d-run1-1_webots:latest"}),
+                                                           "cyberbotics/webots.cloud:R2023a-ubuntu20.04"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(of_builds_that_have_lost_their_name_the_old_ones_go)
+{
+    constexpr auto images = "aaa\t2026-11-19 11:59:00 +0000 UTC\n"
+                            "bbb\t2026-11-19 12:01:00 +0000 UTC\n"
+                            "--all\t2026-11-01 12:00:00 +0000 UTC\n"
+                            "ccc\tlong ago\n";
+    auto const now = std::chrono::sys_days(std::chrono::year(2026) / 11 / 21) + 12h;
+    BOOST_TEST(old_builds(images, now) == (Names{"aaa"}), boost::test_tools::per_element());
+    BOOST_TEST(list_builds(identity).at(4) == "label=webots_cloud.server=webots-2000-1f3a9c4d");
+}
+
+BOOST_AUTO_TEST_CASE(of_an_ended_simulation_no_image_keeps_its_name_and_of_strangers_every_one)
+{
+    constexpr auto images = "webots-2000-1f3a9c4d-1-0a_webots:latest\tnow\n"
+                            "webots-2000-1f3a9c4d-1-0a-controller:latest\tnow\n"
+                            "webots-2000-1f3a9c4d-1-0ab_webots:latest\tnow\n"
+                            "webots-2000-1f3a9c4d0-1-0a_webots:latest\tnow\n"
+                            "webots-3000-1f3a9c4d-1-0a_webots:latest\tnow\n"
+                            "registry.example/webots-2000-1f3a9c4d-1-0a_webots:latest\tnow\n"
+                            "<none>:<none>\tnow\n";
+    BOOST_TEST(
+        named_images(images, scope("webots-2000-1f3a9c4d-1-0a")) ==
+            (Names{"webots-2000-1f3a9c4d-1-0a_webots:latest", "webots-2000-1f3a9c4d-1-0a-controller:latest"}),
+        boost::test_tools::per_element());
+    BOOST_TEST(named_images(images, scope()) == (Names{"webots-2000-1f3a9c4d-1-0a_webots:latest",
+                                                       "webots-2000-1f3a9c4d-1-0a-controller:latest",
+                                                       "webots-2000-1f3a9c4d-1-0ab_webots:latest"}),
                boost::test_tools::per_element());
 }
 
@@ -144,7 +171,8 @@ BOOST_AUTO_TEST_CASE(containers_are_removed_before_the_networks_and_volumes_that
     std::vector<std::string> order;
     for (auto const& kind : leftover_kinds())
         order.push_back(kind.list.at(0) + " " + kind.remove.at(0) + " " + kind.remove.at(1));
-    BOOST_TEST(order == (Names{"ps rm --force", "network network rm", "volume volume rm"}),
+    BOOST_TEST(order ==
+                   (Names{"ps rm --force", "network network rm", "volume volume rm", "images rmi --force"}),
                boost::test_tools::per_element());
 }
 

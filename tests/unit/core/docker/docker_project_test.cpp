@@ -129,6 +129,16 @@ BOOST_AUTO_TEST_CASE(each_image_of_a_project_s_dockerfile_has_our_label)
     BOOST_TEST(with_server_label("", "s") == "\n");
 }
 
+BOOST_AUTO_TEST_CASE(the_last_step_of_an_image_costs_nothing)
+{
+    BOOST_TEST(with_last_step("FROM a\nRUN make", "s") == "FROM a\nRUN make\nLABEL webots_cloud.server=s\n");
+}
+
+BOOST_AUTO_TEST_CASE(the_name_of_a_simulation_has_what_nobody_guesses)
+{
+    BOOST_TEST(compose_project("webots-2000-1f3a9c4d", "17", "0a1b") == "webots-2000-1f3a9c4d-17-0a1b");
+}
+
 BOOST_AUTO_TEST_CASE(the_env_file_holds_what_compose_puts_into_its_file)
 {
     auto const file = env_file(environment());
