@@ -38,9 +38,10 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     if (!compose_file)
         co_return compose_file.error();
 
+    auto const terms = dockerfile_terms(*values);
     std::vector<core::ContainerFile> added;
     if (yml->kind == core::ComposeTemplate::competition) {
-        auto competition = co_await competition_files(spec);
+        auto competition = co_await competition_files(spec, terms);
         if (!competition)
             co_return competition.error();
         added = std::move(*competition);
@@ -68,7 +69,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     walls.system_calls = system_calls->front().has_value();
     if (walls.system_calls)
         added.emplace_back(core::system_calls_file_name, *system_calls->front());
-    auto const chosen = co_await choose_dockerfile(texts, own);
+    auto const chosen = co_await choose_dockerfile(texts, own, terms);
     if (!chosen)
         co_return chosen.error();
     auto dockerfile = core::with_last_step(*chosen, params_.identity);
@@ -117,11 +118,21 @@ result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const
     return environment;
 }
 
+core::DockerfileTerms DockerProjectFiles::dockerfile_terms(core::DockerEnvironment const& environment) const
+{
+    core::DockerfileTerms terms;
+    terms.images = params_.images;
+    terms.default_image = environment.image;
+    terms.server = params_.identity;
+    return terms;
+}
+
 asio::awaitable<result<std::string>> DockerProjectFiles::choose_dockerfile(core::ProjectTexts const& texts,
-                                                                           bool own)
+                                                                           bool own,
+                                                                           core::DockerfileTerms const& terms)
 {
     if (own)
-        co_return core::with_server_label(*texts.dockerfile, params_.identity);
+        co_return core::project_dockerfile(*texts.dockerfile, "Dockerfile", terms);
     co_return co_await read_template(core::dockerfile_template);
 }
 
@@ -137,7 +148,7 @@ asio::awaitable<result<std::string>> DockerProjectFiles::read_template(std::stri
 }
 
 asio::awaitable<result<std::vector<core::ContainerFile>>>
-DockerProjectFiles::competition_files(LaunchSpec const& spec)
+DockerProjectFiles::competition_files(LaunchSpec const& spec, core::DockerfileTerms const& terms)
 {
     auto const world = spec.world.filename().string();
     Names names{concat("worlds/", world), core::controller_dockerfile};
@@ -152,7 +163,7 @@ DockerProjectFiles::competition_files(LaunchSpec const& spec)
     if (!ours)
         co_return ours.error();
     texts.launcher = ours->front();
-    co_return core::competition_files(texts, world, params_.identity);
+    co_return core::competition_files(texts, world, terms);
 }
 
 } // namespace webots_cloud

@@ -49,8 +49,10 @@ private:
     std::filesystem::path display_socket() const;
     boost::asio::awaitable<result<std::string>> read_template(std::string name);
     boost::asio::awaitable<result<std::vector<core::ContainerFile>>>
-    competition_files(LaunchSpec const& spec);
-    boost::asio::awaitable<result<std::string>> choose_dockerfile(core::ProjectTexts const& texts, bool own);
+    competition_files(LaunchSpec const& spec, core::DockerfileTerms const& terms);
+    core::DockerfileTerms dockerfile_terms(core::DockerEnvironment const& environment) const;
+    boost::asio::awaitable<result<std::string>> choose_dockerfile(core::ProjectTexts const& texts, bool own,
+                                                                  core::DockerfileTerms const& terms);
 
     DockerModeParams const& params_;
     TextFiles& files_;

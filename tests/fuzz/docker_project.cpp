@@ -3,6 +3,7 @@
 
 #include "core/docker/compose_output.hpp"
 #include "core/docker/docker_project.hpp"
+#include "core/docker/project_dockerfile.hpp"
 #include "core/text.hpp"
 
 using namespace webots_cloud;
@@ -42,6 +43,37 @@ void check_folder(core::WebotsYml const& yml)
         fuzz::require(part != "..");
 }
 
+/// Each line is an instruction of its own, and each image that it names may be named.
+void check_dockerfile(std::string_view text)
+{
+    core::DockerfileTerms terms;
+    terms.images = "r/i";
+    terms.default_image = "r/i:1";
+    terms.server = "s";
+    auto const dockerfile = core::project_dockerfile(text, "Dockerfile", terms);
+    if (!dockerfile) {
+        fuzz::require(core::is_utf8(dockerfile.error().message()));
+        return;
+    }
+    auto lines = core::split(*dockerfile, '\n');
+    fuzz::require(lines.back().empty());
+    lines.pop_back();
+    std::vector<std::string> stages;
+    for (auto const line : lines) {
+        fuzz::require(line.front() >= 'A' && line.front() <= 'Z' && !line.ends_with('\\'));
+        fuzz::require(line.find_first_of("\r\f\v") == std::string_view::npos);
+        auto const words = core::split(line, ' ');
+        if (words[0] != "FROM")
+            continue;
+        auto const image = words.at(words[1].starts_with("--") ? 2 : 1);
+        bool const is_stage = std::find(stages.begin(), stages.end(), image) != stages.end();
+        fuzz::require(is_stage || image == "scratch" || image == "r/i" || image.starts_with("r/i:") ||
+                      image.starts_with("r/i@") || image.substr(0, image.find('/')).find('.') < image.size());
+        if (words[words.size() - 2] == "AS")
+            stages.emplace_back(words.back());
+    }
+}
+
 } // namespace
 
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
@@ -62,7 +94,7 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
         environment.image = *image;
     environment.world = world;
     check_env_file(environment);
-    (void)core::with_server_label(rest, "s");
+    check_dockerfile(rest);
     for (auto const line : core::split(rest, '\n')) {
         auto const parsed = core::parse_compose_line(line, header);
         fuzz::require(parsed.text.size() <= line.size());

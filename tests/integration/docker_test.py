@@ -49,15 +49,18 @@ def setUpModule():
                                     "webots.yml": "publish: true\ntype: demo\n"})
     git.add_repository("o", "fields", {**robots, "webots.yml": "dockerCompose:theia\n"})
     git.add_repository("o", "theia", {**robots, "webots.yml": "dockerCompose:theia:webots-project/controllers/\n"})
-    git.add_repository("o", "competition", {
-        **robots, "webots.yml": "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n",
-        "controllers/Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\n"})
+    git.add_repository("o", "competition", {**robots, **competition(f"FROM {IMAGES}:R2025a-ubuntu22.04\n")})
     git.add_repository("o", "deep", {**{os.path.join("projects/robots", name): content for name, content in robots.items()},
                                      "webots.yml": "dockerCompose:theia:webots-project/controllers/\n",
                                      "projects/robots/webots.yml": "type: demo\n"})
     git.add_repository("o", "make", {**robots, "Makefile": "all:\n\tfalse\n"})
     git.add_repository("o", "broken", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN false\n"})
     git.add_repository("o", "injection", {"worlds/a$(touch x).wbt": "#VRML_SIM R2025a utf8\n"})
+
+
+def competition(dockerfile):
+    return {"webots.yml": "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n",
+            "controllers/Dockerfile": dockerfile}
 
 
 def world(repository, file="arena.wbt", folder=""):
@@ -251,7 +254,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
     async def test_what_cannot_be_started_is_said_in_one_sentence(self):
         cases = [("fields", {}, "loading: Error: Wrong line in webots.yml: \"dockerCompose:theia\"."),
                  ("make", {}, "loading: Error: Unable to start Webots: it exited with status "),
-                 ("own", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status "),
+                 ("own", {"projectDockerfiles": True}, "loading: Error: Line 1 of Dockerfile can't be used on this server: "),
                  ("broken", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status ")]
         for repository, settings, sentence in cases:
             with self.subTest(repository=repository, **settings), server(**settings) as simulation:
@@ -263,6 +266,27 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                     self.assertTrue(errors[0].startswith(sentence), errors)
                     self.assertEqual(browser.told[-1], errors[0])
                 self.check_clean(simulation)
+
+    async def test_no_dockerfile_of_a_project_takes_files_of_another_simulation(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("robots"))
+                image, number = docker.run("images", "--no-trunc", "--format", "{{.Repository}} {{.ID}}", "webots-*").split()
+                number = number.removeprefix("sha256:")
+                thefts = [f"FROM {image}\n", f"FROM {image}:latest AS x\n", f"FROM {number}\n", f"FROM {number[:4]}\n",
+                          f"FROM sha256:{number}\n", f"ARG X={image}\nFROM $X\n",
+                          *[f"FROM scratch AS {stage}\nCOPY --from={stage} / /loot\n" for stage in (image, f"a{number}")],
+                          f"FROM scratch\nCOPY --from={number[:4]} / /loot\n", f"\ufeffFROM\f{image}\n",
+                          f"FROM scratch AS y\nONBUILD COPY --from={image} / /loot\nFROM y\n",
+                          f"FROM scratch\nRUN --mount=type=bind,from={image},target=/loot true\n"]
+                for turn, theft in enumerate(thefts):
+                    git.add_repository("o", f"thief{turn}", {**demo_project(), **competition(theft)})
+                    async with Browser(simulation) as thief:
+                        await thief.start(world(f"thief{turn}"))
+                        await thief.hear_all()
+                        self.assertRegex(thief.told[-1], r"^loading: Error: Line \d of controllers/Dockerfile can't be used on this server: ")
+                        self.assertFalse([text for text in thief.told if text.startswith("loading: Step ")], thief.told)
+            self.check_clean(simulation)
 
     async def test_a_name_that_would_add_to_the_command_is_refused(self):
         with server() as simulation:

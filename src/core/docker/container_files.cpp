@@ -15,16 +15,18 @@ ProjectTexts::ProjectTexts(std::vector<std::optional<std::string>> const& texts)
 {}
 
 result<std::vector<ContainerFile>> competition_files(CompetitionTexts const& texts, std::string const& world,
-                                                     std::string_view server)
+                                                     DockerfileTerms const& terms)
 {
     if (!texts.world || !texts.controller_dockerfile)
         return Failure(
             errc::not_found,
             "A competition needs a Dockerfile in its folder controllers, and the project has none.");
+    auto const dockerfile = project_dockerfile(*texts.controller_dockerfile, controller_dockerfile, terms);
+    if (!dockerfile)
+        return dockerfile.error();
     std::vector<ContainerFile> files;
     files.emplace_back(concat("worlds/", world), with_extern_participant(*texts.world));
-    files.emplace_back(controller_dockerfile,
-                       with_last_step(with_server_label(*texts.controller_dockerfile, server), server));
+    files.emplace_back(controller_dockerfile, with_last_step(*dockerfile, terms.server));
     if (texts.launcher)
         files.emplace_back(controller_launcher, *texts.launcher);
     return files;

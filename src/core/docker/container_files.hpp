@@ -3,6 +3,7 @@
 
 #include "container_walls.hpp"
 #include "docker_project.hpp"
+#include "project_dockerfile.hpp"
 
 #include <optional>
 #include <string>
@@ -47,11 +48,11 @@ inline constexpr char controller_launcher[] = "remote_controller_launcher.py";
 using ContainerFile = std::pair<std::string, std::string>;
 
 /// The participant's controller runs outside of Webots, in a container that the project describes. `world` is
-/// the name of the world file, `server` the label of its images.
+/// the name of the world file.
 ///
-/// Errors: `not_found`: the project has no Dockerfile for it.
+/// Errors: `not_found`: the project has no Dockerfile for it; and as `project_dockerfile`.
 result<std::vector<ContainerFile>> competition_files(CompetitionTexts const& texts, std::string const& world,
-                                                     std::string_view server);
+                                                     DockerfileTerms const& terms);
 
 /// The files for compose and docker, whatever is being run, without the operator's list of system calls.
 /// `dockerfile` is the one to build with.

@@ -1,5 +1,6 @@
 #include "docker_project.hpp"
 
+#include "characters.hpp"
 #include "container_walls.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/launch_plan.hpp"
@@ -14,23 +15,11 @@
 namespace webots_cloud::core {
 namespace {
 
-bool is_alphanumeric(char c) noexcept
-{
-    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
-}
-
-bool consists_of(std::string_view text, std::string_view others)
-{
-    return std::all_of(text.begin(), text.end(), [&](char c) {
-        return is_alphanumeric(c) || others.find(c) != std::string_view::npos;
-    });
-}
-
 /// Nothing that ends a quoted value, or means something to compose or to those who split command lines.
 bool is_harmless_file_name(std::string_view name)
 {
     return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
-        return is_alphanumeric(c) || static_cast<unsigned char>(c) >= 0x80 ||
+        return is_letter(c) || is_digit(c) || static_cast<unsigned char>(c) >= 0x80 ||
                std::string_view(" _.-+@,()=").find(c) != std::string_view::npos;
     });
 }
@@ -161,24 +150,6 @@ std::string with_extern_participant(std::string_view world)
         world.remove_prefix(found + before.size());
     }
     return text.append(world);
-}
-
-std::string with_server_label(std::string_view dockerfile, std::string_view server)
-{
-    std::string text;
-    bool goes_on = false; // the instruction, after the last line
-    bool is_from = false;
-    for (auto const line : split(dockerfile, '\n')) {
-        auto const words = trim(line);
-        if (!goes_on)
-            is_from = words.size() > 5 && equal_ignoring_case(words.substr(0, 4), "from") &&
-                      (words[4] == ' ' || words[4] == '\t');
-        goes_on = (goes_on || !words.starts_with('#')) && (words.ends_with('\\') || words.ends_with('`'));
-        text.append(line).append("\n");
-        if (is_from && !goes_on)
-            text.append("LABEL webots_cloud.server=").append(server).append("\n");
-    }
-    return text;
 }
 
 std::string with_last_step(std::string_view dockerfile, std::string_view server)

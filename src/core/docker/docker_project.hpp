@@ -57,10 +57,6 @@ result<WebotsYml> parse_webots_yml(std::string_view text);
 /// The world of a competition, whose participant is a controller outside of Webots.
 std::string with_extern_participant(std::string_view world);
 
-/// A Dockerfile of a project with the server as a label of each of its stages: so a container in which a
-/// build has failed has the label too, and is found.
-std::string with_server_label(std::string_view dockerfile, std::string_view server);
-
 /// A Dockerfile whose last step is the server's label. An image that loses its name loses its last step with
 /// it, which is all that the next build of the project does anew: this one takes no time.
 std::string with_last_step(std::string_view dockerfile, std::string_view server);

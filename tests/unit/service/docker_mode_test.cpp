@@ -605,7 +605,7 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
     params.project_dockerfiles = true;
     Fixture fixture(params);
     fixture.open();
-    fixture.files.texts[std::string(root) + "/Dockerfile"] = "FROM mine";
+    fixture.files.texts[std::string(root) + "/Dockerfile"] = "FROM ${WEBOTS_DEFAULT_IMAGE}";
     fixture.files.texts.erase("/templates/Dockerfile.default");
     fixture.processes.expect()
         .prints("manifest for cyberbotics/webots.cloud:R2025a-ubuntu22.04 not found\n")
@@ -613,11 +613,37 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
     BOOST_TEST(fixture.written("Dockerfile") ==
-               "FROM mine\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n\n"
-               "LABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
+               "FROM cyberbotics/webots.cloud:R2025a-ubuntu22.04\n"
+               "LABEL webots_cloud.server=webots-2000-1f3a9c4d com.docker.compose.project=\"\" "
+               "com.docker.compose.service=\"\"\n\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
     BOOST_TEST(errors_told(browser) == 1);
     BOOST_TEST(
         browser.sent.back().starts_with("loading: Error: Unable to start Webots: it exited with status 1"));
+}
+
+// Competitions build the project's Dockerfile whoever may use projects' Dockerfiles otherwise.
+BOOST_AUTO_TEST_CASE(a_dockerfile_that_starts_from_another_simulation_is_not_built)
+{
+    for (bool const competes : {true, false}) {
+        auto params = docker_params();
+        params.project_dockerfiles = !competes;
+        Fixture fixture(params);
+        fixture.open();
+        std::string const file = competes ? "controllers/Dockerfile" : "Dockerfile";
+        if (competes)
+            fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
+        fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
+        fixture.files.texts[std::string(root) + "/" + file] =
+            "FROM scratch\nCOPY --from=webots-2000-x_webots / /";
+        auto& browser = fixture.start();
+        BOOST_TEST(
+            browser.sent.back() ==
+            "loading: Error: Line 2 of " + file +
+                " can't be used on this server: it names the image \"webots-2000-x_webots\" without its "
+                "registry. Write docker.io/library/webots-2000-x_webots, or start from an image of "
+                "cyberbotics/webots.cloud.");
+        BOOST_TEST(fixture.run().empty());
+    }
 }
 
 BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
@@ -626,7 +652,7 @@ BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
     fixture.open();
     fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
     fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "Robot { controller \"participant\" }";
-    fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM x";
+    fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM scratch";
     fixture.files.texts["/templates/remote_controller_launcher.py"] = "launch";
     fixture.processes.expect()
         .prints("webots-1  | .\n")
@@ -778,7 +804,7 @@ int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&))
         fixture.open();
         fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
         fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
-        fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM x";
+        fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM scratch";
         fixture.processes.expect().prints("webots-1  | .\nwebots-1 | reset\n");
         fixture.expect_commands(1 + looks);
         fuse_of(fixture) = testing::Fuse(call);

@@ -24,8 +24,16 @@ CompetitionTexts competition()
 {
     CompetitionTexts texts;
     texts.world = "Robot {\n  name \"participant\"\n  controller \"x\"\n}\n";
-    texts.controller_dockerfile = "FROM a\n";
+    texts.controller_dockerfile = "FROM scratch\n";
     return texts;
+}
+
+DockerfileTerms terms()
+{
+    DockerfileTerms terms;
+    terms.images = "images";
+    terms.server = "server";
+    return terms;
 }
 
 } // namespace
@@ -91,21 +99,28 @@ BOOST_AUTO_TEST_CASE(the_browser_is_told_of_files_that_are_not_used)
 BOOST_AUTO_TEST_CASE(a_competition_needs_a_world_and_a_dockerfile_and_may_have_a_launcher)
 {
     auto texts = competition();
-    auto const files = competition_files(texts, "a.wbt", "server");
+    auto const files = competition_files(texts, "a.wbt", terms());
     BOOST_TEST_REQUIRE(files.has_value());
     BOOST_TEST(names_of(*files) == (std::vector<std::string>{"worlds/a.wbt", "controllers/Dockerfile"}),
                boost::test_tools::per_element());
     BOOST_TEST(files->at(0).second == with_extern_participant(*texts.world));
-    BOOST_TEST(files->at(1).second == with_last_step(with_server_label("FROM a\n", "server"), "server"));
+    auto const dockerfile = project_dockerfile("FROM scratch\n", "controllers/Dockerfile", terms());
+    BOOST_TEST(files->at(1).second == with_last_step(*dockerfile, "server"));
     texts.launcher = "import os";
-    BOOST_TEST(names_of(competition_files(texts, "a.wbt", "server").value()).back() ==
+    BOOST_TEST(names_of(competition_files(texts, "a.wbt", terms()).value()).back() ==
                "remote_controller_launcher.py");
+    texts.controller_dockerfile = "FROM a";
+    BOOST_TEST(competition_files(texts, "a.wbt", terms())
+                   .error()
+                   .message()
+                   .starts_with("Line 1 of controllers/Dockerfile can't be used on this server: it names the "
+                                "image \"a\" without"));
     texts.controller_dockerfile.reset();
-    BOOST_TEST(competition_files(texts, "a.wbt", "server").error().message() ==
+    BOOST_TEST(competition_files(texts, "a.wbt", terms()).error().message() ==
                "A competition needs a Dockerfile in its folder controllers, and the project has none.");
     texts = competition();
     texts.world.reset();
-    BOOST_TEST(!competition_files(texts, "a.wbt", "server").has_value());
+    BOOST_TEST(!competition_files(texts, "a.wbt", terms()).has_value());
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -120,15 +120,6 @@ BOOST_AUTO_TEST_CASE(the_participant_of_a_competition_becomes_an_extern_controll
     BOOST_TEST(with_extern_participant("") == "");
 }
 
-BOOST_AUTO_TEST_CASE(each_image_of_a_project_s_dockerfile_has_our_label)
-{
-    BOOST_TEST(with_server_label("# FROM a \\\nARG x\nFROM a \\\n  AS b\nRUN echo \\\nFROM nothing\nfrom c",
-                                 "s") == "# FROM a \\\nARG x\nFROM a \\\n  AS b\nLABEL "
-                                         "webots_cloud.server=s\nRUN echo \\\nFROM nothing\nfrom c\n"
-                                         "LABEL webots_cloud.server=s\n");
-    BOOST_TEST(with_server_label("", "s") == "\n");
-}
-
 BOOST_AUTO_TEST_CASE(the_last_step_of_an_image_costs_nothing)
 {
     BOOST_TEST(with_last_step("FROM a\nRUN make", "s") == "FROM a\nRUN make\nLABEL webots_cloud.server=s\n");
