@@ -69,7 +69,7 @@ struct DockerModeHooks
 
     /// Whether a file exists now: the socket of the display. Default: none does.
     std::function<bool(std::filesystem::path const&)> exists;
-    /// Makes names of simulations that nobody can guess: 32 hexadecimal digits. Required.
+    /// Makes names of simulations, and labels, that nobody can guess: 32 hexadecimal digits. Required.
     std::function<std::string()> new_token;
 };
 

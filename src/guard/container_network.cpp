@@ -57,14 +57,11 @@ Child start(char const* const* argv)
 Child watch_starts(Container const& container)
 {
     char since[32];
-    char project[300];
-    char service[300];
+    char label[300];
     std::snprintf(since, sizeof since, "%lld", static_cast<long long>(std::time(nullptr)));
-    std::snprintf(project, sizeof project, "label=com.docker.compose.project=%s", container.project);
-    std::snprintf(service, sizeof service, "label=com.docker.compose.service=%s", container.service);
-    char const* const argv[] = {container.docker, "events",   "--since", since,      "--filter",
-                                "event=start",    "--filter", project,   "--filter", service,
-                                "--format",       "{{.ID}}",  nullptr};
+    std::snprintf(label, sizeof label, "label=%s", container.label);
+    char const* const argv[] = {container.docker, "events", "--since",  since,     "--filter", "event=start",
+                                "--filter",       label,    "--format", "{{.ID}}", nullptr};
     return start(argv);
 }
 

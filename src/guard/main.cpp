@@ -5,7 +5,7 @@
 //                          [--subordinate] [--send COUNT PATH...] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES] [--broker SOCKET]
 //                          [--group FOLDER]... [--limit NAME NUMBER]...
-//                          [--container DOCKER PROJECT SERVICE] [--own-sandbox FOLDER] [--own-displays]
+//                          [--container DOCKER LABEL] [--own-sandbox FOLDER] [--own-displays]
 //                          [--open NUMBER FILE]...
 //                          [--user UID GID[,GID...] FOLDER HOME AUTHORITY [--visible PATH]...]
 //                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
@@ -61,9 +61,9 @@
 // SOCKET, which the guard makes and removes, is sent a socket that is connected to PORT in there. If the
 // network can't be made, the program is not started.
 //
-// --container: the program is compose, which has Docker start a container for SERVICE of PROJECT without a
-// network. The network is that container's: see container_network.hpp. The tree gets no namespaces, since
-// Docker numbers processes as the machine does. Needs root.
+// --container: the program is compose, which has Docker start a container without a network that alone has
+// the LABEL, KEY=VALUE. The network is that container's: see container_network.hpp. The tree gets no
+// namespaces, since Docker numbers processes as the machine does. Needs root.
 //
 // --group names a control group, made by the server, that the tree runs in, and --limit what each of its
 // processes may use at most: "data" and "file-size" (bytes), "files" (open), and "processes", of the whole
@@ -485,13 +485,12 @@ bool take_container(int& argc, char**& argv, webots_cloud::guard::Container& con
 {
     if (!take_option(argc, argv, "--container"))
         return true;
-    if (argc < 3)
+    if (argc < 2)
         return false;
     container.docker = argv[0];
-    container.project = argv[1];
-    container.service = argv[2];
-    argc -= 3;
-    argv += 3;
+    container.label = argv[1];
+    argc -= 2;
+    argv += 2;
     return true;
 }
 

@@ -15,9 +15,8 @@ namespace webots_cloud::guard {
 /// A container of compose's.
 struct Container
 {
-    char const* docker = nullptr;  ///< The program, absolute.
-    char const* project = nullptr; ///< As compose labels it, and so the next.
-    char const* service = nullptr;
+    char const* docker = nullptr; ///< The program, absolute.
+    char const* label = nullptr;  ///< `<key>=<value>`, which no other container has.
 };
 
 /// The program to start.

@@ -100,8 +100,7 @@ ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject pr
         plan.process.network = params.network;
         plan.process.network.port = environment.port;
         plan.process.container.docker = params.docker;
-        plan.process.container.project = environment.project;
-        plan.process.container.service = core::simulator_service;
+        plan.process.container.label = concat(core::simulator_label, "=", project.token);
     }
     plan.process.cleanup_command = core::compose_down(engine.compose, file);
     if (environment.yml.kind == core::ComposeTemplate::competition) {

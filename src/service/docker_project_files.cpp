@@ -59,6 +59,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
         params_.network.reach != ProcessNetwork::Reach::host && !core::chooses_network(*compose_file);
     walls.name_server = params_.name_server;
     walls.limits = params_.limits;
+    walls.token = hooks_.new_token();
     bool const own = texts.dockerfile && params_.project_dockerfiles;
     // Of ours nothing but a project's Makefile is run.
     walls.builds_without_network = walls.own_network && texts.has_makefile && !own;
@@ -86,6 +87,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     project.environment = std::move(*values);
     project.uses_project_dockerfile = own;
     project.own_network = walls.own_network;
+    project.token = std::move(walls.token);
     project.notes = core::unused_file_notes(texts, own);
     co_return project;
 }

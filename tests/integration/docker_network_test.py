@@ -6,6 +6,7 @@ Runs in a network namespace of its own, at the end of a cable with machines that
 
 import asyncio
 import contextlib
+import json
 import os
 import socket
 import sys
@@ -87,6 +88,30 @@ class Network(unittest.IsolatedAsyncioTestCase):
         server = self.server()
         self.assertIn("Docker, public internet only", server.get("/monitor"))
         await self.check(server, {"public"})
+
+    async def test_no_other_container_takes_the_place_of_a_simulator(self):
+        server = self.server(network="none", gateway=True)
+        async with Browser(server) as browser:
+            await browser.start(f"{git.url}/o/robots/blob/main/worlds/arena.wbt")
+            own, _, path = (await browser.hear("webots:")).rpartition(":")[2].partition("/")
+            container, = docker.run("ps", "--quiet").split()
+            labels = json.loads(docker.run("inspect", "--format", "{{json .Config.Labels}}", container))
+            # All that an image can say of itself, if its maker has found out the names of the simulation.
+            forged = [f"--label={key}={value}" for key, value in labels.items() if key != "webots_cloud.simulator"]
+            async with running(int(own), f"/{path}/"):
+                await asyncio.to_thread(self.watch_beside, forged, int(own), f"/{path}/mjpeg")
+        wait_until(lambda: docker.things()["containers"] == [], f"left: {docker.things()}\n{server.log()}", 90)
+        server.wait_until_clean()
+
+    def watch_beside(self, forged, port, path):
+        """Pictures come, to who was there before and to who comes, while such containers start."""
+        before = Frames(port, path)
+        before.wait_for_next("of a simulation in a container")
+        for _ in range(3):
+            docker.run("run", "--detach", "--network=none", *forged, f"{IMAGES}:R2025a-ubuntu22.04")
+        self.see_pictures(port, path)
+        before.wait_for_next("beside containers that look like its own")
+        before.close()
 
     async def test_nothing(self):
         server = self.server(network="none", gateway=True)

@@ -88,8 +88,7 @@ struct ComposeContainer
     ComposeContainer() = default;
 
     std::filesystem::path docker; ///< The program, absolute. Empty: there is no such container.
-    std::string project;          ///< Compose's names.
-    std::string service;
+    std::string label;            ///< `<key>=<value>`, which no other container has.
 };
 
 /// A program to run. Nothing is ever passed through a shell.

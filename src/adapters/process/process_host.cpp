@@ -483,8 +483,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     }
     add_limits(arguments, spec.limits, group.get());
     if (!spec.container.docker.empty())
-        arguments.insert(arguments.end(), {"--container", spec.container.docker.native(),
-                                           spec.container.project, spec.container.service});
+        arguments.insert(arguments.end(),
+                         {"--container", spec.container.docker.native(), spec.container.label});
     if (!spec.own_sandbox.empty())
         arguments.insert(arguments.end(), {"--own-sandbox", spec.own_sandbox.native()});
     if (spec.own_displays)

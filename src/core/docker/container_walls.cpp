@@ -145,6 +145,8 @@ std::string walls_file(std::string_view compose_file, ContainerWalls const& wall
         if (walls.builds_without_network && name == simulator_service &&
             lines.find("build:") != std::string::npos && lines.find("network:") == std::string::npos)
             text.append("    build:\n      network: none\n");
+        if (!walls.token.empty() && name == simulator_service)
+            text.append(concat("    labels:\n      ", simulator_label, ": \"", walls.token, "\"\n"));
         if (walls.own_network && (name == simulator_service || name == controller))
             text.append("    network_mode: none\n");
         if (walls.own_network && name == simulator_service && !walls.name_server.empty())

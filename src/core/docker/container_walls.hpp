@@ -36,11 +36,16 @@ struct ContainerWalls
     /// chosen another.
     bool system_calls = false;
     std::string name_server; ///< Of that network; empty: none.
-    ProcessLimits limits;    ///< Of each container; that of disk is each file's.
+    /// What tells the simulator's container from all others: the value of its label `simulator_label`, which
+    /// nobody guesses. Labels of images, such as compose's, are whatever the maker of an image likes.
+    std::string token;
+    ProcessLimits limits; ///< Of each container; that of disk is each file's.
 };
 
 /// The service that runs the simulator.
 inline constexpr char simulator_service[] = "webots";
+
+inline constexpr char simulator_label[] = "webots_cloud.simulator";
 
 /// Whether the operator has chosen the network of the simulator in the compose file: then it is not ours to
 /// change.

@@ -516,6 +516,24 @@ BOOST_AUTO_TEST_CASE(the_operators_list_of_system_calls_lies_beside_the_project)
                std::string::npos);
 }
 
+// An image can have any labels of compose's.
+BOOST_AUTO_TEST_CASE(the_container_that_gets_the_network_is_known_by_a_label_that_nobody_guesses)
+{
+    auto params = docker_params();
+    params.network.reach = ProcessNetwork::Reach::none;
+    Fixture fixture(params);
+    fixture.open();
+    fixture.processes.expect().prints("webots-1  | .\n");
+    fixture.expect_commands(looks);
+    fixture.leave(fixture.start());
+    auto const& container = fixture.processes.started().at(fixture.opened).container;
+    BOOST_TEST(container.docker == "/bin/docker");
+    BOOST_TEST(container.label == "webots_cloud.simulator=0123456789abcdef0123456789abcdef");
+    BOOST_TEST(fixture.written("docker-compose.walls.yml")
+                   .find("webots_cloud.simulator: \"0123456789abcdef0123456789abcdef\"\n") !=
+               std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(the_socket_of_the_display_is_shown_while_it_is_there)
 {
     for (bool const there : {false, true}) {

@@ -109,6 +109,17 @@ BOOST_AUTO_TEST_CASE(simulators_get_their_network_from_us_and_controllers_none)
     BOOST_TEST(walls_file(competition, walls).find("dns") == std::string::npos);
 }
 
+BOOST_AUTO_TEST_CASE(the_simulator_alone_has_a_label_that_nobody_guesses)
+{
+    ContainerWalls walls;
+    BOOST_TEST(walls_file(competition, walls).find("labels") == std::string::npos);
+    walls.token = "0a1b";
+    auto const text = walls_file(competition, walls);
+    auto const found = text.find("    labels:\n      webots_cloud.simulator: \"0a1b\"\n");
+    BOOST_TEST(found < text.find("  controller:"));
+    BOOST_TEST(text.find("labels", found + 10) == std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(a_network_that_the_operator_has_chosen_is_seen)
 {
     BOOST_TEST(!chooses_network(competition));
