@@ -89,6 +89,15 @@ struct ContainerPlan
     std::vector<std::string> notes;         ///< Sentences for the browser, shown while it waits.
 };
 
+/// What a simulation has written outside of its folder.
+struct WrittenElsewhere
+{
+    WrittenElsewhere() = default;
+
+    std::uint64_t bytes = 0;
+    std::vector<std::filesystem::path> folders; ///< What lies in these comes on top.
+};
+
 /// Docker on this machine. A live object: await `run()` as long as it is used.
 ///
 /// Lifetime: everything passed by reference must outlive it.
@@ -119,6 +128,10 @@ public:
     /// Errors: `not_found` (a template, or a file of a competition), `invalid_argument`, `unavailable`; the
     /// detail is a sentence for the browser.
     boost::asio::awaitable<result<ContainerPlan>> prepare(LaunchSpec const& spec, std::uint16_t port);
+
+    /// What the containers of a project have written into their file systems and volumes, as docker has
+    /// counted it in the last ten seconds. Nothing where docker does not answer.
+    boost::asio::awaitable<WrittenElsewhere> written(std::string project);
 
     /// Removes whatever is left of a project that was prepared and has ended, and old images.
     boost::asio::awaitable<void> clear(std::string project);

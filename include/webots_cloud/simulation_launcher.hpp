@@ -197,6 +197,10 @@ public:
     /// What the simulator and everything that it started have consumed. The simulation may be destroyed while
     /// this runs.
     virtual boost::asio::awaitable<ProcessUsage> usage() = 0;
+
+    /// What it has written outside of the instance directory. The simulation may be destroyed while this
+    /// runs.
+    virtual boost::asio::awaitable<WrittenElsewhere> written_elsewhere() = 0;
 };
 
 /// Starts simulators on ports of its own.

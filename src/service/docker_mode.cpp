@@ -1,6 +1,7 @@
 #include <webots_cloud/docker_mode.hpp>
 
 #include "async/wakeup.hpp"
+#include "core/docker/container_sizes.hpp"
 #include "core/text.hpp"
 #include "docker_cleanup.hpp"
 #include "docker_commands.hpp"
@@ -11,6 +12,7 @@
 
 #include <boost/asio/this_coro.hpp>
 
+#include <map>
 #include <optional>
 
 namespace webots_cloud {
@@ -18,23 +20,41 @@ namespace asio = boost::asio;
 
 using core::concat;
 
+namespace {
+
+// Docker walks through the files of a container to count them.
+constexpr auto between_counts = std::chrono::seconds(10);
+
+/// What was counted, and when to count again.
+struct Counted
+{
+    WrittenElsewhere written;
+    TimePoint due;
+};
+
+} // namespace
+
 struct DockerMode::Impl
 {
     Impl(DockerModeParams parameters, ProcessHost& processes, TextFiles& text_files, Clock& clock,
          Logger logger, DockerModeHooks hooks)
-        : params(std::move(parameters)), log(std::move(logger)), commands(params, processes, clock),
-          files(params, text_files, std::move(hooks)), cleanup(params, commands, clock, log)
+        : params(std::move(parameters)), clock(clock), log(std::move(logger)),
+          commands(params, processes, clock), files(params, text_files, std::move(hooks)),
+          cleanup(params, commands, clock, log)
     {}
 
     ContainerPlan plan(LaunchSpec const& spec, ContainerProject project) const;
+    asio::awaitable<WrittenElsewhere> count(std::string const& project);
 
     DockerModeParams params;
+    Clock& clock;
     Logger log;
     DockerCommands commands;
     DockerProjectFiles files;
     DockerCleanup cleanup;
     DockerEngine engine;
-    std::optional<async::Wakeup> cleared; ///< While `run()` is awaited.
+    std::map<std::string, Counted> counted; ///< Of projects that were not cleared.
+    std::optional<async::Wakeup> cleared;   ///< While `run()` is awaited.
 };
 
 DockerMode::DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock,
@@ -110,8 +130,40 @@ ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject pr
     return plan;
 }
 
+asio::awaitable<WrittenElsewhere> DockerMode::Impl::count(std::string const& project)
+{
+    WrittenElsewhere written;
+    auto list = core::list_container_sizes(project);
+    auto const listing = co_await commands.docker(std::move(list));
+    auto const sizes = core::parse_container_sizes(listing ? *listing : std::string());
+    written.bytes = sizes.bytes;
+    if (sizes.volumes.empty())
+        co_return written;
+    auto ask = core::list_volume_folders(sizes.volumes);
+    auto const answer = co_await commands.docker(std::move(ask));
+    auto const folders = answer ? *answer : std::string();
+    for (auto const line : core::split(folders, '\n'))
+        if (line.starts_with('/'))
+            written.folders.emplace_back(line);
+    co_return written;
+}
+
+asio::awaitable<WrittenElsewhere> DockerMode::written(std::string project)
+{
+    auto const known = impl_->counted.find(project);
+    if (known != impl_->counted.end() && impl_->clock.now() < known->second.due)
+        co_return known->second.written;
+    impl_->counted[project].due = impl_->clock.now() + between_counts;
+    auto const written = co_await impl_->count(project);
+    auto const still = impl_->counted.find(project); // it may have been cleared meanwhile
+    if (still != impl_->counted.end())
+        still->second.written = written;
+    co_return written;
+}
+
 asio::awaitable<void> DockerMode::clear(std::string project)
 {
+    impl_->counted.erase(project);
     auto const removed = co_await impl_->cleanup.remove_leftovers(project);
     if (!removed)
         impl_->log.error(LogCause("left-over"), concat("docker: of ", project, " something may be left: ",

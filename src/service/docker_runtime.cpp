@@ -21,6 +21,11 @@ public:
 
     asio::awaitable<void> clear(ContainerPlan const& plan) override { return docker_.clear(plan.project); }
 
+    asio::awaitable<WrittenElsewhere> written_elsewhere(ContainerPlan const& plan) override
+    {
+        return docker_.written(plan.project);
+    }
+
     PrintedLine read(std::string_view line, ContainerPlan const& plan) const override
     {
         PrintedLine printed;

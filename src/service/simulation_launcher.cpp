@@ -137,6 +137,11 @@ public:
         return plan_.job.empty() ? process_->usage() : known_usage(job_usage_);
     }
 
+    asio::awaitable<WrittenElsewhere> written_elsewhere() override
+    {
+        return runtime_.written_elsewhere(plan_);
+    }
+
 private:
     TimePoint next_deadline() const;
     bool on_job_line(std::string_view line);

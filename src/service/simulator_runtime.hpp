@@ -50,6 +50,14 @@ public:
     /// Cancellation: none.
     virtual boost::asio::awaitable<void> clear(ContainerPlan const& plan) = 0;
 
+    /// What the simulator has written outside of the instance directory.
+    ///
+    /// Cancellation: none.
+    virtual boost::asio::awaitable<WrittenElsewhere> written_elsewhere(ContainerPlan const&)
+    {
+        co_return WrittenElsewhere();
+    }
+
     virtual PrintedLine read(std::string_view line, ContainerPlan const& plan) const = 0;
 
     /// Whether a simulator that has loaded its world certainly listens on its own port, so that it need not

@@ -235,6 +235,21 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(simulation.ask(f"{path}/{simulation.port + 502}/")[0], 404)
             self.check_clean(simulation)
 
+    async def test_what_a_container_writes_counts_towards_its_limit_of_disk(self):
+        cases = [("robots", "/loot"), ("theia", "/usr/local/webots-project/controllers/loot")]  # in its own file system, in a volume
+        with tempfile.NamedTemporaryFile() as loot, server(simulationDisk=20) as simulation:
+            loot.write(os.urandom(30 << 20))
+            loot.flush()
+            for repository, place in cases:
+                with self.subTest(repository=repository):
+                    async with Browser(simulation) as browser:
+                        await self.start(browser, world(repository))
+                        container, = self.containers_of("webots")
+                        await asyncio.to_thread(docker.run, "cp", loot.name, f"{container}:{place}")
+                        await browser.hear_all()
+                        self.assertIn("The simulation filled its folder with more than 20 MB, ", browser.told[-1])
+                    self.check_clean(simulation)
+
     async def test_a_reset_in_a_competition_restarts_the_controller(self):
         with server() as simulation:
             async with Browser(simulation) as browser:

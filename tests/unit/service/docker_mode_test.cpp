@@ -7,6 +7,7 @@
 
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/simulation_service.hpp>
+#include <webots_cloud/testing/fixed_folder_meter.hpp>
 #include <webots_cloud/testing/fixed_metrics.hpp>
 #include <webots_cloud/testing/loopback_channel.hpp>
 #include <webots_cloud/testing/memory_project_source.hpp>
@@ -64,9 +65,10 @@ DockerModeHooks docker_hooks()
     return hooks;
 }
 
-SimulationLauncherParams launcher_params()
+SimulationLauncherParams launcher_params(std::uint64_t disk)
 {
     SimulationLauncherParams params;
+    params.limits.disk = disk;
     params.max_simulations = 2;
     params.timeout = 6000s;
     params.start_timeout = 300s;
@@ -82,6 +84,13 @@ SimulationServiceParams service_params()
     params.address.port_rewrite = false;
     params.allowed_repositories = {"https://github.com/o"};
     return params;
+}
+
+SimulationServiceHooks service_hooks(FolderMeter& meter)
+{
+    SimulationServiceHooks hooks;
+    hooks.folder_meter = &meter;
+    return hooks;
 }
 
 ProjectFetcherParams fetcher_params()
@@ -102,11 +111,13 @@ std::string joined(Texts const& argv)
 /// A simulation server that runs containers, on fakes. At its end nothing may be left.
 struct Fixture
 {
-    explicit Fixture(DockerModeParams params = docker_params(), DockerModeHooks hooks = docker_hooks())
+    explicit Fixture(DockerModeParams params = docker_params(), DockerModeHooks hooks = docker_hooks(),
+                     std::uint64_t disk = 0)
         : docker(std::move(params), processes, files, world.clock, log.logger(), std::move(hooks)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
-          launcher(launcher_params(), processes, world.clock, log.logger(), &docker),
-          service(service_params(), fetcher, launcher, metrics, world.clock, log.logger())
+          launcher(launcher_params(disk), processes, world.clock, log.logger(), &docker),
+          service(service_params(), fetcher, launcher, metrics, world.clock, log.logger(),
+                  service_hooks(meter))
     {
         for (std::string const name :
              {"docker-compose-default.yml", "docker-compose-theia.yml", "docker-compose-competition.yml"})
@@ -185,6 +196,7 @@ struct Fixture
     testing::MemoryTextFiles files;
     testing::MemoryProjectSource source{world.clock};
     testing::FixedMetrics metrics;
+    testing::FixedFolderMeter meter;
     DockerMode docker;
     ProjectFetcher fetcher;
     SimulationLauncher launcher;
@@ -501,6 +513,50 @@ BOOST_AUTO_TEST_CASE(a_template_whose_services_cannot_be_found_is_not_run_withou
     BOOST_TEST(browser.sent.front().starts_with(
         "loading: Error: This server's docker-compose-default.yml has no services that can be understood."));
     fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(what_containers_write_counts_towards_the_limit_of_the_disk)
+{
+    Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
+    fixture.open();
+    fixture.meter.use.bytes = 4'000'000;
+    fixture.processes.expect().prints("webots-1  | .\n");
+    fixture.expect_commands(1, "5.5MB (virtual 1GB)\t/tmp/.X11-unix\n");
+    fixture.expect_commands(1, "6.1MB (virtual 1GB)\t\n");
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(webots_cloud::run(fixture.service));
+    fixture.world.advance(9s);
+    BOOST_TEST(fixture.run().size() == 2u); // docker counts for long
+    BOOST_TEST(!browser.close_code.has_value());
+    fixture.world.advance(3s);
+    BOOST_TEST(joined({fixture.run().at(2)})
+                   .starts_with(concat(
+                       "/bin/docker ps --all --no-trunc --size --filter label=com.docker.compose.project=",
+                       project)));
+    BOOST_TEST(browser.sent.back().starts_with(
+                   "loading: Error: The simulation filled its folder with more than 9 MB, "),
+               browser.sent.back());
+    BOOST_TEST(browser.close_code.has_value());
+    running.cancel_all();
+    fixture.world.run(running.join());
+}
+
+BOOST_AUTO_TEST_CASE(what_lies_in_volumes_counts_too_and_a_docker_that_does_not_answer_ends_nothing)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.expect_commands(1, "1MB (virtual 1GB)\tvolume1,volume2\n");
+    fixture.expect_commands(1,
+                            "/var/lib/docker/volumes/volume1/_data\n/var/lib/docker/volumes/volume2/_data\n");
+    auto const written = fixture.world.run(fixture.docker.written(project));
+    BOOST_TEST(written.bytes == 1'000'000u);
+    BOOST_TEST(written.folders.size() == 2u);
+    BOOST_TEST(written.folders.back() == "/var/lib/docker/volumes/volume2/_data");
+    BOOST_TEST(fixture.run().at(1) == "/bin/docker volume inspect --format {{.Mountpoint}} volume1 volume2");
+    fixture.processes.expect().prints("Cannot connect to the Docker daemon.\n").exits(1);
+    BOOST_TEST(fixture.world.run(fixture.docker.written("other")).bytes == 0u);
 }
 
 BOOST_AUTO_TEST_CASE(the_operators_list_of_system_calls_lies_beside_the_project)
