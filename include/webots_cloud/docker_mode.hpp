@@ -116,7 +116,8 @@ public:
     boost::asio::awaitable<result<>> open();
 
     /// After `open` and after each `clear`, watches for 20 seconds or more whether docker creates containers
-    /// for builds that were given up, and removes them.
+    /// for builds that were given up, and removes them; and removes what `clear` could not remove, once
+    /// docker answers again.
     ///
     /// Precondition: `open` succeeded.
     /// Errors: `operation_aborted`.

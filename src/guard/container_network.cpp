@@ -205,6 +205,12 @@ void run_beside_container(Program const& program, Execute execute)
         for (pid_t ended = 0; (ended = waitpid(-1, &status, WNOHANG)) > 0;) {
             if (ended == main)
                 finish(WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status));
+            if (ended == starts.process) {
+                std::printf(
+                    "error: Docker does not answer any more. The operator of this server has to start it "
+                    "again.\n");
+                std::fflush(stdout);
+            }
             if (ended == network || ended == starts.process) {
                 kill(main, SIGTERM); // the container has no network, or would get none
                 network = ended == network ? -1 : network;

@@ -14,6 +14,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -45,6 +46,7 @@ struct DockerMode::Impl
 
     ContainerPlan plan(LaunchSpec const& spec, ContainerProject project) const;
     asio::awaitable<WrittenElsewhere> count(std::string const& project);
+    asio::awaitable<void> remove_owed();
 
     DockerModeParams params;
     Clock& clock;
@@ -54,7 +56,8 @@ struct DockerMode::Impl
     DockerCleanup cleanup;
     DockerEngine engine;
     std::map<std::string, Counted> counted; ///< Of projects that were not cleared.
-    std::optional<async::Wakeup> cleared;   ///< While `run()` is awaited.
+    std::set<std::string> owed; ///< Projects of which something may be left, since docker did not answer.
+    std::optional<async::Wakeup> cleared; ///< While `run()` is awaited.
 };
 
 DockerMode::DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock,
@@ -90,9 +93,23 @@ asio::awaitable<result<>> DockerMode::run()
         auto const watched = co_await impl_->cleanup.watch_builds();
         if (!watched)
             co_return watched;
+        co_await impl_->remove_owed();
+        if (!impl_->owed.empty())
+            continue;
         auto const woken = co_await impl_->cleared->wait();
         if (!woken)
             co_return woken;
+    }
+}
+
+/// Tries each once.
+asio::awaitable<void> DockerMode::Impl::remove_owed()
+{
+    auto const tried = owed; // more may come meanwhile
+    for (auto const& project : tried) {
+        auto const removed = co_await cleanup.remove_leftovers(project);
+        if (removed)
+            owed.erase(project);
     }
 }
 
@@ -165,9 +182,12 @@ asio::awaitable<void> DockerMode::clear(std::string project)
 {
     impl_->counted.erase(project);
     auto const removed = co_await impl_->cleanup.remove_leftovers(project);
-    if (!removed)
-        impl_->log.error(LogCause("left-over"), concat("docker: of ", project, " something may be left: ",
-                                                       removed.error().message()));
+    if (!removed) {
+        impl_->owed.insert(project);
+        impl_->log.error(LogCause("left-over"),
+                         concat("docker: of ", project,
+                                " something may be left, until docker answers: ", removed.error().message()));
+    }
     if (impl_->cleared)
         impl_->cleared->notify();
     co_await impl_->cleanup.remove_old_images();

@@ -398,6 +398,23 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         finally:
             docker.run("rm", "--force", "stranger", "forger")
 
+    async def test_what_is_left_when_the_engine_is_killed_goes_once_it_answers_again(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("robots"))
+                await asyncio.to_thread(docker.crash)
+                try:
+                    await browser.hear_all()
+                    self.assertTrue(browser.told[-1].startswith("loading: Error: Webots has quit unexpectedly"), browser.told)
+                    async with Browser(simulation) as next_one:
+                        await next_one.start(world("robots"))
+                        await next_one.hear_all()
+                        self.assertTrue(next_one.told[-1].startswith("loading: Error: Unable to start Webots: "), next_one.told)
+                        self.assertIn("Docker", next_one.told[-1])
+                finally:
+                    await asyncio.to_thread(docker.start)
+            self.check_clean(simulation)
+
     def kill_server_and_guards(self, simulation):
         """Kills the server last: its guards must not notice that it is gone."""
         os.kill(simulation.process.pid, signal.SIGSTOP)

@@ -89,6 +89,11 @@ class DockerDaemon(Startable):
             raise unittest.SkipTest(f"dockerd can't run here: {self.last_words()}")
         self.run("network", "rm", "probe")
 
+    def crash(self):
+        """Ends it without a word; `start` starts it again."""
+        self.process.kill()
+        self.process.wait()
+
     def last_words(self):
         with open(f"{self.folder}/log", errors="replace") as log:
             said = log.read().strip().splitlines() or ["nothing"]

@@ -485,6 +485,30 @@ BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_was_given_up_is_removed_when_it_is_n
     fixture.world.run(running.join());
 }
 
+BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_it_does)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.expect_commands(2);
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(fixture.run_docker());
+    fixture.world.advance(60s);
+    fixture.processes.expect().prints("webots-1  | .\n");
+    for (int i = 0; i < 4; ++i) // what is left, two looks at builds, what is left
+        fixture.processes.expect().prints("Cannot connect to the Docker daemon.\n").exits(1);
+    fixture.expect_commands(2);
+    fixture.expect_commands(1, concat("c1\t\"", project, "\"\t\"\"\tExited (137) 1 second ago\n"));
+    fixture.expect_commands(1 + 3 + looks);
+    fixture.leave(fixture.start());
+    BOOST_TEST(fixture.log.contains("something may be left, until docker answers: Cannot connect"));
+    fixture.world.advance(60s);
+    auto const lines = fixture.run();
+    BOOST_TEST_REQUIRE(lines.size() == 3u + 4u + 2u + 1u + 1u + 3u + looks);
+    BOOST_TEST(lines.at(10) == "/bin/docker rm --force --volumes c1");
+    running.cancel_all();
+    fixture.world.run(running.join());
+}
+
 BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again)
 {
     Fixture fixture;
