@@ -46,7 +46,7 @@ struct DockerModeParams
     /// Present: unused images older than two days are removed, except these (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
     std::string display = ":0"; ///< On which containers draw; they see no other. Empty: none of this machine.
-    ProcessLimits limits;       ///< Of each container. Default: none.
+    ProcessLimits limits;       ///< Of each container, and each step of a build. Default: none.
     bool own_displays = false;  ///< Each starts an X server of its own (`xvfb-run` in the image).
     /// What simulators reach. Needs root, but for `host`, which is what Docker's own networks reach.
     ProcessNetwork network;
@@ -117,7 +117,7 @@ public:
 
     /// After `open` and after each `clear`, watches for 20 seconds or more whether docker creates containers
     /// for builds that were given up, and removes them; and removes what `clear` could not remove, once
-    /// docker answers again.
+    /// docker answers again. All the time, limits the steps of builds as simulations are limited.
     ///
     /// Precondition: `open` succeeded.
     /// Errors: `operation_aborted`.

@@ -1,8 +1,10 @@
 #include <webots_cloud/docker_mode.hpp>
 
+#include "async/first_of.hpp"
 #include "async/wakeup.hpp"
 #include "core/docker/container_sizes.hpp"
 #include "core/text.hpp"
+#include "docker_build_limits.hpp"
 #include "docker_cleanup.hpp"
 #include "docker_commands.hpp"
 #include "docker_discovery.hpp"
@@ -41,11 +43,12 @@ struct DockerMode::Impl
          Logger logger, DockerModeHooks hooks)
         : params(std::move(parameters)), clock(clock), log(std::move(logger)),
           commands(params, processes, clock), files(params, text_files, std::move(hooks)),
-          cleanup(params, commands, clock, log)
+          cleanup(params, commands, clock, log), build_limits(params, commands, processes, clock, log)
     {}
 
     ContainerPlan plan(LaunchSpec const& spec, ContainerProject project) const;
     asio::awaitable<WrittenElsewhere> count(std::string const& project);
+    asio::awaitable<result<>> clean();
     asio::awaitable<void> remove_owed();
 
     DockerModeParams params;
@@ -54,6 +57,7 @@ struct DockerMode::Impl
     DockerCommands commands;
     DockerProjectFiles files;
     DockerCleanup cleanup;
+    DockerBuildLimits build_limits;
     DockerEngine engine;
     std::map<std::string, Counted> counted; ///< Of projects that were not cleared.
     std::set<std::string> owed; ///< Projects of which something may be left, since docker did not answer.
@@ -89,14 +93,23 @@ asio::awaitable<result<>> DockerMode::open()
 asio::awaitable<result<>> DockerMode::run()
 {
     impl_->cleared.emplace(co_await asio::this_coro::executor);
+    if (!impl_->build_limits.any())
+        co_return co_await impl_->clean();
+    auto parts = async::first_of(impl_->clean(), impl_->build_limits.run());
+    co_return co_await std::move(parts);
+}
+
+/// Once, and after each simulation.
+asio::awaitable<result<>> DockerMode::Impl::clean()
+{
     for (;;) {
-        auto const watched = co_await impl_->cleanup.watch_builds();
+        auto const watched = co_await cleanup.watch_builds();
         if (!watched)
             co_return watched;
-        co_await impl_->remove_owed();
-        if (!impl_->owed.empty())
+        co_await remove_owed();
+        if (!owed.empty())
             continue;
-        auto const woken = co_await impl_->cleared->wait();
+        auto const woken = co_await cleared->wait();
         if (!woken)
             co_return woken;
     }

@@ -55,6 +55,9 @@ def setUpModule():
                                      "projects/robots/webots.yml": "type: demo\n"})
     git.add_repository("o", "make", {**robots, "Makefile": "all:\n\tfalse\n"})
     git.add_repository("o", "broken", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN false\n"})
+    labels = "LABEL webots_cloud.server=x com.docker.compose.project=y com.docker.compose.service=webots\n"
+    git.add_repository("o", "hidden", {**robots, **competition(f"\ufeffFROM {IMAGES}:R2025a-ubuntu22.04\n{labels}RUN false\n")})
+    git.add_repository("o", "slow", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN sleep 1000\n"})
     git.add_repository("o", "injection", {"worlds/a$(touch x).wbt": "#VRML_SIM R2025a utf8\n"})
 
 
@@ -270,6 +273,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         cases = [("fields", {}, "loading: Error: Wrong line in webots.yml: \"dockerCompose:theia\"."),
                  ("make", {}, "loading: Error: Unable to start Webots: it exited with status "),
                  ("own", {"projectDockerfiles": True}, "loading: Error: Line 1 of Dockerfile can't be used on this server: "),
+                 ("hidden", {}, "loading: Error: Unable to start Webots: it exited with status "),
                  ("broken", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status ")]
         for repository, settings, sentence in cases:
             with self.subTest(repository=repository, **settings), server(**settings) as simulation:
@@ -281,6 +285,20 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                     self.assertTrue(errors[0].startswith(sentence), errors)
                     self.assertEqual(browser.told[-1], errors[0])
                 self.check_clean(simulation)
+
+    async def test_a_step_of_a_build_has_the_limits_of_a_simulation(self):
+        with server(projectDockerfiles=True, simulationProcesses=50, simulationMemory=100) as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start(world("slow"))
+                await browser.hear("loading: Step 3/")
+                await browser.hear("loading: ---> Running in ")
+                step, = docker.run("ps", "--quiet").split()
+
+                def limits():
+                    host = json.loads(docker.run("inspect", step))[0]["HostConfig"]
+                    return host["PidsLimit"], host["Memory"]
+                wait_until(lambda: limits() == (50, 100 << 20), "the build has no limits")
+            self.check_clean(simulation)
 
     async def test_no_dockerfile_of_a_project_takes_files_of_another_simulation(self):
         with server() as simulation:

@@ -509,6 +509,38 @@ BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_i
     fixture.world.run(running.join());
 }
 
+BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
+{
+    auto params = docker_params();
+    params.limits.processes = 50;
+    Fixture fixture(params);
+    fixture.open();
+    fixture.processes
+        .expect() // docker events
+        .after(1s)
+        .prints("0a\t\"\"\n0b\t\"webots-2000-1f3a9c4d-1-0\"\n0c")
+        .after(1s)
+        .prints("\t\"\"\n")
+        .after(1s)
+        .exits(1);
+    fixture.processes.expect().prints("No such container: 0a\n").exits(1);
+    fixture.expect_commands(2);
+    fixture.processes.expect(); // docker events again
+    fixture.expect_commands(1);
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(fixture.run_docker());
+    fixture.world.advance(60s);
+    auto const lines = fixture.run();
+    BOOST_TEST_REQUIRE(lines.size() == 6u);
+    BOOST_TEST(lines.at(0).starts_with("/bin/docker events --filter event=start --filter "
+                                       "label=webots_cloud.server=webots-2000-1f3a9c4d --format "));
+    BOOST_TEST(lines.at(1) == "/bin/docker update --pids-limit 50 0a");
+    BOOST_TEST(lines.at(2) == "/bin/docker update --pids-limit 50 0c");
+    BOOST_TEST(lines.at(4) == lines.at(0));
+    running.cancel_all();
+    fixture.world.run(running.join());
+}
+
 BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again)
 {
     Fixture fixture;
