@@ -9,6 +9,7 @@ namespace asio = boost::asio;
 namespace {
 
 constexpr auto command_limit = std::chrono::seconds(60);
+constexpr auto long_limit = std::chrono::minutes(5);
 
 } // namespace
 
@@ -30,6 +31,11 @@ asio::awaitable<result<std::string>> DockerCommands::run(ProcessSpec spec) const
 asio::awaitable<result<std::string>> DockerCommands::run(std::vector<std::string> argv) const
 {
     return run(spec(std::move(argv)));
+}
+
+asio::awaitable<result<std::string>> DockerCommands::run_long(std::vector<std::string> argv) const
+{
+    return run_program(processes_, clock_, spec(std::move(argv)), long_limit);
 }
 
 asio::awaitable<result<std::string>> DockerCommands::docker(std::vector<std::string> arguments) const

@@ -42,7 +42,7 @@ struct DockerMode::Impl
     Impl(DockerModeParams parameters, ProcessHost& processes, TextFiles& text_files, Clock& clock,
          Logger logger, DockerModeHooks hooks)
         : params(std::move(parameters)), clock(clock), log(std::move(logger)),
-          commands(params, processes, clock), files(params, text_files, std::move(hooks)),
+          commands(params, processes, clock), files(params, text_files, commands, std::move(hooks)),
           cleanup(params, commands, clock, log), build_limits(params, commands, processes, clock, log)
     {}
 

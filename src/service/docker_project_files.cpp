@@ -40,11 +40,13 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
 
     auto const terms = dockerfile_terms(*values);
     std::vector<core::ContainerFile> added;
+    std::vector<std::string> bases;
     if (yml->kind == core::ComposeTemplate::competition) {
         auto competition = co_await competition_files(spec, terms);
         if (!competition)
             co_return competition.error();
-        added = std::move(*competition);
+        added = std::move(competition->files);
+        bases = std::move(competition->bases);
     }
     if (core::compose_services(*compose_file).empty())
         co_return Failure(
@@ -73,7 +75,11 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     auto const chosen = co_await choose_dockerfile(texts, own, terms);
     if (!chosen)
         co_return chosen.error();
-    auto dockerfile = core::with_last_step(*chosen, params_.identity);
+    bases.insert(bases.end(), chosen->bases.begin(), chosen->bases.end());
+    auto const checked = co_await check_bases(std::move(bases));
+    if (!checked)
+        co_return checked.error();
+    auto dockerfile = core::with_last_step(chosen->text, params_.identity);
     for (auto& file : core::container_files(texts, std::move(dockerfile), *env_file, *compose_file, walls))
         added.push_back(std::move(file));
     std::vector<TextFile> files;
@@ -129,13 +135,42 @@ core::DockerfileTerms DockerProjectFiles::dockerfile_terms(core::DockerEnvironme
     return terms;
 }
 
-asio::awaitable<result<std::string>> DockerProjectFiles::choose_dockerfile(core::ProjectTexts const& texts,
-                                                                           bool own,
-                                                                           core::DockerfileTerms const& terms)
+/// Gets images that projects start from, since what they have docker do in a build is not in the Dockerfile.
+asio::awaitable<result<>> DockerProjectFiles::check_bases(std::vector<std::string> bases)
+{
+    for (auto const& base : bases) {
+        auto ask = core::list_triggers(base);
+        auto triggers = co_await commands_.docker(std::move(ask));
+        if (!triggers) {
+            Names pull{params_.docker.string(), "pull", "--quiet", base};
+            auto const pulled = co_await commands_.run_long(std::move(pull));
+            if (!pulled)
+                co_return Failure(errc::not_found, concat("The image ", base,
+                                                          " can't be fetched: ", pulled.error().message()));
+            auto ask_again = core::list_triggers(base);
+            triggers = co_await commands_.docker(std::move(ask_again));
+        }
+        if (!triggers || core::has_triggers(*triggers))
+            co_return Failure(errc::invalid_argument,
+                              concat("The image ", base,
+                                     " can't be used on this server: it adds instructions to builds that "
+                                     "start from it (ONBUILD). Start from another one."));
+    }
+    co_return result<>();
+}
+
+asio::awaitable<result<core::ProjectDockerfile>>
+DockerProjectFiles::choose_dockerfile(core::ProjectTexts const& texts, bool own,
+                                      core::DockerfileTerms const& terms)
 {
     if (own)
         co_return core::project_dockerfile(*texts.dockerfile, "Dockerfile", terms);
-    co_return co_await read_template(core::dockerfile_template);
+    auto text = co_await read_template(core::dockerfile_template);
+    if (!text)
+        co_return text.error();
+    core::ProjectDockerfile ours;
+    ours.text = std::move(*text);
+    co_return ours;
 }
 
 asio::awaitable<result<std::string>> DockerProjectFiles::read_template(std::string name)
@@ -149,7 +184,7 @@ asio::awaitable<result<std::string>> DockerProjectFiles::read_template(std::stri
     co_return std::move(*texts->front());
 }
 
-asio::awaitable<result<std::vector<core::ContainerFile>>>
+asio::awaitable<result<core::CompetitionFiles>>
 DockerProjectFiles::competition_files(LaunchSpec const& spec, core::DockerfileTerms const& terms)
 {
     auto const world = spec.world.filename().string();

@@ -3,6 +3,8 @@
 
 #include "core/docker/container_files.hpp"
 
+#include "docker_commands.hpp"
+
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/transport/text_files.hpp>
@@ -33,8 +35,9 @@ struct ContainerProject
 class DockerProjectFiles
 {
 public:
-    DockerProjectFiles(DockerModeParams const& params, TextFiles& files, DockerModeHooks hooks)
-        : params_(params), files_(files), hooks_(std::move(hooks))
+    DockerProjectFiles(DockerModeParams const& params, TextFiles& files, DockerCommands const& commands,
+                       DockerModeHooks hooks)
+        : params_(params), files_(files), commands_(commands), hooks_(std::move(hooks))
     {}
 
     /// Reads the project and our templates, and writes what compose needs. `runtime` is what runs the
@@ -49,14 +52,16 @@ private:
                                                 std::string const& runtime) const;
     std::filesystem::path display_socket() const;
     boost::asio::awaitable<result<std::string>> read_template(std::string name);
-    boost::asio::awaitable<result<std::vector<core::ContainerFile>>>
+    boost::asio::awaitable<result<core::CompetitionFiles>>
     competition_files(LaunchSpec const& spec, core::DockerfileTerms const& terms);
     core::DockerfileTerms dockerfile_terms(core::DockerEnvironment const& environment) const;
-    boost::asio::awaitable<result<std::string>> choose_dockerfile(core::ProjectTexts const& texts, bool own,
-                                                                  core::DockerfileTerms const& terms);
+    boost::asio::awaitable<result<>> check_bases(std::vector<std::string> bases);
+    boost::asio::awaitable<result<core::ProjectDockerfile>>
+    choose_dockerfile(core::ProjectTexts const& texts, bool own, core::DockerfileTerms const& terms);
 
     DockerModeParams const& params_;
     TextFiles& files_;
+    DockerCommands const& commands_;
     DockerModeHooks hooks_;
 };
 

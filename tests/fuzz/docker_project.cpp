@@ -55,7 +55,7 @@ void check_dockerfile(std::string_view text)
         fuzz::require(core::is_utf8(dockerfile.error().message()));
         return;
     }
-    auto lines = core::split(*dockerfile, '\n');
+    auto lines = core::split(dockerfile->text, '\n');
     fuzz::require(lines.back().empty());
     lines.pop_back();
     std::vector<std::string> stages;

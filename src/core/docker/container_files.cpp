@@ -14,22 +14,24 @@ ProjectTexts::ProjectTexts(std::vector<std::optional<std::string>> const& texts)
       dockerignore(texts.at(5).value_or("")), has_makefile(texts.at(2)), has_compose_file(texts.at(4))
 {}
 
-result<std::vector<ContainerFile>> competition_files(CompetitionTexts const& texts, std::string const& world,
-                                                     DockerfileTerms const& terms)
+result<CompetitionFiles> competition_files(CompetitionTexts const& texts, std::string const& world,
+                                           DockerfileTerms const& terms)
 {
     if (!texts.world || !texts.controller_dockerfile)
         return Failure(
             errc::not_found,
             "A competition needs a Dockerfile in its folder controllers, and the project has none.");
-    auto const dockerfile = project_dockerfile(*texts.controller_dockerfile, controller_dockerfile, terms);
+    auto dockerfile = project_dockerfile(*texts.controller_dockerfile, controller_dockerfile, terms);
     if (!dockerfile)
         return dockerfile.error();
-    std::vector<ContainerFile> files;
+    CompetitionFiles competition;
+    auto& files = competition.files;
     files.emplace_back(concat("worlds/", world), with_extern_participant(*texts.world));
-    files.emplace_back(controller_dockerfile, with_last_step(*dockerfile, terms.server));
+    files.emplace_back(controller_dockerfile, with_last_step(dockerfile->text, terms.server));
     if (texts.launcher)
         files.emplace_back(controller_launcher, *texts.launcher);
-    return files;
+    competition.bases = std::move(dockerfile->bases);
+    return competition;
 }
 
 std::vector<ContainerFile> container_files(ProjectTexts const& project, std::string dockerfile,

@@ -47,12 +47,21 @@ inline constexpr char controller_launcher[] = "remote_controller_launcher.py";
 /// A file to write beside a project: its name, relative to the project's folder, and its text.
 using ContainerFile = std::pair<std::string, std::string>;
 
+/// What a competition adds to a project.
+struct CompetitionFiles
+{
+    CompetitionFiles() = default;
+
+    std::vector<ContainerFile> files;
+    std::vector<std::string> bases; ///< As `ProjectDockerfile::bases`.
+};
+
 /// The participant's controller runs outside of Webots, in a container that the project describes. `world` is
 /// the name of the world file.
 ///
 /// Errors: `not_found`: the project has no Dockerfile for it; and as `project_dockerfile`.
-result<std::vector<ContainerFile>> competition_files(CompetitionTexts const& texts, std::string const& world,
-                                                     DockerfileTerms const& terms);
+result<CompetitionFiles> competition_files(CompetitionTexts const& texts, std::string const& world,
+                                           DockerfileTerms const& terms);
 
 /// The files for compose and docker, whatever is being run, without the operator's list of system calls.
 /// `dockerfile` is the one to build with.

@@ -79,7 +79,7 @@ public:
         values_["WEBOTS_DEFAULT_IMAGE"] = terms.default_image;
     }
 
-    result<std::string> read(std::string_view text);
+    result<ProjectDockerfile> read(std::string_view text);
 
 private:
     result<std::vector<Instruction>> instructions(std::string_view text) const;
@@ -99,7 +99,7 @@ private:
     std::map<std::string, std::string, std::less<>> values_; ///< Of arguments before the first stage.
     std::vector<std::string> stages_;                        ///< That have ended; empty: without a name.
     std::optional<std::string> stage_;                       ///< The name of the one that has begun.
-    std::string written_;
+    ProjectDockerfile written_;
 };
 
 Failure Reader::failure(std::size_t line, std::string_view reason) const
@@ -163,7 +163,7 @@ result<std::vector<Instruction>> Reader::instructions(std::string_view text) con
     return found;
 }
 
-result<std::string> Reader::read(std::string_view text)
+result<ProjectDockerfile> Reader::read(std::string_view text)
 {
     auto const found = instructions(text);
     if (!found)
@@ -203,10 +203,10 @@ result<> Reader::add(Instruction const& instruction)
     }
     if (!checked)
         return checked;
-    written_.append(concat(name, " ", text, "\n"));
+    written_.text.append(concat(name, " ", text, "\n"));
     if (name == "FROM" || name == "LABEL")
-        written_.append(concat("LABEL webots_cloud.server=", terms_.server,
-                               " com.docker.compose.project=\"\" com.docker.compose.service=\"\"\n"));
+        written_.text.append(concat("LABEL webots_cloud.server=", terms_.server,
+                                    " com.docker.compose.project=\"\" com.docker.compose.service=\"\"\n"));
     return {};
 }
 
@@ -238,6 +238,8 @@ result<std::string> Reader::from(Instruction const& instruction)
     bool const is_stage = std::find(stages_.begin(), stages_.end(), lower_case(*image)) != stages_.end();
     if (!is_stage && *image != "scratch" && !is_of_repository(*image, terms_.images) && !has_registry(*image))
         return image_failure(instruction.line, *image);
+    if (!is_stage && *image != "scratch" && !is_of_repository(*image, terms_.images))
+        written_.bases.push_back(*image);
     text.append(is_stage ? lower_case(*image) : *image);
     if (is_named)
         text.append(" AS ").append(name);
@@ -342,10 +344,21 @@ std::optional<std::string> Reader::expanded(std::string_view text) const
 
 } // namespace
 
-result<std::string> project_dockerfile(std::string_view text, std::string_view file,
-                                       DockerfileTerms const& terms)
+result<ProjectDockerfile> project_dockerfile(std::string_view text, std::string_view file,
+                                             DockerfileTerms const& terms)
 {
     return Reader(file, terms).read(text);
+}
+
+std::vector<std::string> list_triggers(std::string_view image)
+{
+    return {"image", "inspect", "--format", "{{json .Config.OnBuild}}", std::string(image)};
+}
+
+bool has_triggers(std::string_view listing)
+{
+    auto const list = trim(listing);
+    return list != "null" && list != "[]";
 }
 
 } // namespace webots_cloud::core

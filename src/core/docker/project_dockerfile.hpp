@@ -5,6 +5,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::core {
 
@@ -19,6 +20,16 @@ struct DockerfileTerms
     std::string server;        ///< The label of what is built.
 };
 
+/// What is built for a project.
+struct ProjectDockerfile
+{
+    ProjectDockerfile() = default;
+
+    std::string text;
+    /// The images of registries that its stages start from: nobody here has read what they have docker do.
+    std::vector<std::string> bases;
+};
+
 /// The Dockerfile to build with in place of `text`: the instructions of `text`, each in one line, without
 /// comments. So docker, whose versions read line ends, comments and escapes differently, reads in it what we
 /// have read. Other images of this machine, those of other simulations among them, can't be named.
@@ -28,7 +39,12 @@ struct DockerfileTerms
 /// name, for the person who reads the error.
 ///
 /// Errors: `invalid_argument`, with a sentence that names the line.
-result<std::string> project_dockerfile(std::string_view text, std::string_view file,
-                                       DockerfileTerms const& terms);
+result<ProjectDockerfile> project_dockerfile(std::string_view text, std::string_view file,
+                                             DockerfileTerms const& terms);
+
+/// The arguments of docker that print, for `has_triggers`, what an image has docker do in builds that start
+/// from it (ONBUILD).
+std::vector<std::string> list_triggers(std::string_view image);
+bool has_triggers(std::string_view listing);
 
 } // namespace webots_cloud::core

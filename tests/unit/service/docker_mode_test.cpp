@@ -776,6 +776,50 @@ BOOST_AUTO_TEST_CASE(a_dockerfile_that_starts_from_another_simulation_is_not_bui
     }
 }
 
+BOOST_AUTO_TEST_CASE(an_image_of_a_registry_is_fetched_and_not_used_where_it_adds_to_builds)
+{
+    struct Case
+    {
+        std::string answer;
+        std::string told;
+    };
+    for (auto const& [answer, told] :
+         {Case{"null\n", "shutdownTimeout: 6000"},
+          Case{"[\"COPY --from=0a / /\"]\n", "loading: Error: The image docker.io/a can't be used on this "
+                                             "server: it adds instructions to builds "
+                                             "that start from it (ONBUILD). Start from another one."}}) {
+        Fixture fixture;
+        fixture.open();
+        fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
+        fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
+        fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM docker.io/a";
+        fixture.processes.expect().prints("No such image: docker.io/a\n").exits(1);
+        fixture.expect_commands(1);
+        fixture.expect_commands(1, answer);
+        bool const starts = answer == "null\n";
+        if (starts) {
+            fixture.processes.expect();
+            fixture.expect_commands(looks);
+        }
+        auto& browser = fixture.start();
+        BOOST_TEST(browser.sent.back() == told);
+        BOOST_TEST(fixture.run().at(0) ==
+                   "/bin/docker image inspect --format {{json .Config.OnBuild}} docker.io/a");
+        BOOST_TEST(fixture.run().at(1) == "/bin/docker pull --quiet docker.io/a");
+        if (starts)
+            fixture.leave(browser);
+    }
+    Fixture fixture;
+    fixture.open();
+    fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
+    fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
+    fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM docker.io/a";
+    for (int i = 0; i < 2; ++i)
+        fixture.processes.expect().prints("manifest for docker.io/a not found\n").exits(1);
+    BOOST_TEST(fixture.start().sent.back() ==
+               "loading: Error: The image docker.io/a can't be fetched: manifest for docker.io/a not found");
+}
+
 BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
 {
     Fixture fixture;

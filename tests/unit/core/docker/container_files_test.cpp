@@ -101,13 +101,13 @@ BOOST_AUTO_TEST_CASE(a_competition_needs_a_world_and_a_dockerfile_and_may_have_a
     auto texts = competition();
     auto const files = competition_files(texts, "a.wbt", terms());
     BOOST_TEST_REQUIRE(files.has_value());
-    BOOST_TEST(names_of(*files) == (std::vector<std::string>{"worlds/a.wbt", "controllers/Dockerfile"}),
+    BOOST_TEST(names_of(files->files) == (std::vector<std::string>{"worlds/a.wbt", "controllers/Dockerfile"}),
                boost::test_tools::per_element());
-    BOOST_TEST(files->at(0).second == with_extern_participant(*texts.world));
+    BOOST_TEST(files->files.at(0).second == with_extern_participant(*texts.world));
     auto const dockerfile = project_dockerfile("FROM scratch\n", "controllers/Dockerfile", terms());
-    BOOST_TEST(files->at(1).second == with_last_step(*dockerfile, "server"));
+    BOOST_TEST(files->files.at(1).second == with_last_step(dockerfile->text, "server"));
     texts.launcher = "import os";
-    BOOST_TEST(names_of(competition_files(texts, "a.wbt", terms()).value()).back() ==
+    BOOST_TEST(names_of(competition_files(texts, "a.wbt", terms())->files).back() ==
                "remote_controller_launcher.py");
     texts.controller_dockerfile = "FROM a";
     BOOST_TEST(competition_files(texts, "a.wbt", terms())

@@ -27,7 +27,7 @@ std::string read(std::string_view text)
     auto const read = project_dockerfile(text, "Dockerfile", terms());
     if (!read)
         return read.error().message();
-    auto written = *read;
+    auto written = read->text;
     for (auto at = written.find(own_label); at != std::string::npos; at = written.find(own_label))
         written.erase(at, own_label.size());
     return written;
@@ -180,11 +180,28 @@ BOOST_AUTO_TEST_CASE(whatever_a_project_says_of_labels_ours_come_after_it)
     BOOST_TEST(
         project_dockerfile("FROM scratch\nLABEL webots_cloud.server=x com.docker.compose.project=y\nRUN a",
                            "Dockerfile", terms())
-            .value() == std::string("FROM scratch\n")
-                            .append(own_label)
-                            .append("LABEL webots_cloud.server=x com.docker.compose.project=y\n")
-                            .append(own_label)
-                            .append("RUN a\n"));
+            .value()
+            .text == std::string("FROM scratch\n")
+                         .append(own_label)
+                         .append("LABEL webots_cloud.server=x com.docker.compose.project=y\n")
+                         .append(own_label)
+                         .append("RUN a\n"));
+}
+
+// What they have docker do in a build is not in the Dockerfile.
+BOOST_AUTO_TEST_CASE(images_of_registries_are_named_and_triggers_in_them_found)
+{
+    auto const read =
+        project_dockerfile("FROM scratch AS a\nFROM docker.io/b\nFROM a\nCOPY --from=docker.io/c / /\n"
+                           "FROM cyberbotics/webots.cloud:1\nFROM ghcr.io/d/e:1",
+                           "Dockerfile", terms());
+    BOOST_TEST(read.value().bases == (std::vector<std::string>{"docker.io/b", "ghcr.io/d/e:1"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(list_triggers("docker.io/b").back() == "docker.io/b");
+    BOOST_TEST(!has_triggers("null\n"));
+    BOOST_TEST(!has_triggers("[]\n"));
+    BOOST_TEST(has_triggers("[\"COPY --from=0a1b / /\"]\n"));
+    BOOST_TEST(has_triggers(""));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
