@@ -52,6 +52,8 @@ def docker_project():
         yield bytes((len(world),)) + world + bytes((len(header),)) + header + text
     yield b"\0\0dockerCompose:theia:a..b/"  # an ordinary name, though it has two dots
     yield b"\0\0dockerCompose:theia:a/../b/"
+    yield b"\0\0ARG X=docker.io/a:$V\nFROM scratch AS a\nRUN a \\\n # b\n c\nFROM r/i:1 AS b\nCOPY --from=a --chown=a / /\nLABEL a=b\nADD a b\n"
+    yield b"\0\0ARG WEBOTS_DEFAULT_IMAGE\nFROM ${WEBOTS_DEFAULT_IMAGE}\nONBUILD COPY --from=0a / /\n"
 
 
 def form():
