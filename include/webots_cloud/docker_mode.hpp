@@ -117,7 +117,7 @@ public:
 
     /// After `open` and after each `clear`, watches for 20 seconds or more whether docker creates containers
     /// for builds that were given up, and removes them; and removes what `clear` could not remove, once
-    /// docker answers again. All the time, limits the steps of builds as simulations are limited.
+    /// docker answers again. Limits steps of builds as simulations are limited.
     ///
     /// Precondition: `open` succeeded.
     /// Errors: `operation_aborted`.
@@ -129,6 +129,9 @@ public:
     /// Errors: `not_found` (a template, or a file of a competition), `invalid_argument`, `unavailable`; the
     /// detail is a sentence for the browser.
     boost::asio::awaitable<result<ContainerPlan>> prepare(LaunchSpec const& spec, std::uint16_t port);
+
+    /// Forgets a project that was prepared and could not be started.
+    void forget(std::string const& project) noexcept;
 
     /// What the containers of a project have written into their file systems and volumes, as docker has
     /// counted it in the last ten seconds. Nothing where docker does not answer.

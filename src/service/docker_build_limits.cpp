@@ -2,6 +2,7 @@
 
 #include "async/cancellation.hpp"
 #include "core/docker/build_limits.hpp"
+#include "core/simulation/webots_output.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/this_coro.hpp>
@@ -18,40 +19,63 @@ constexpr auto between_attempts = std::chrono::seconds(10);
 
 } // namespace
 
-bool DockerBuildLimits::any() const
+void DockerBuildLimits::begin(std::string project)
 {
-    return !core::limit_container(params_.limits, {}).empty();
+    if (core::limit_container(params_.limits, {}).empty())
+        return;
+    projects_[std::move(project)] = clock_.wall();
+    if (begun_)
+        begun_->notify();
+}
+
+void DockerBuildLimits::end(std::string const& project) noexcept
+{
+    projects_.erase(project);
+    if (projects_.empty() && following_)
+        following_->terminate();
 }
 
 asio::awaitable<result<>> DockerBuildLimits::run()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
+    begun_.emplace(co_await asio::this_coro::executor);
     for (;;) {
-        co_await follow();
         bool const cancelled = co_await async::is_cancelled();
         if (cancelled)
             co_return Failure(asio::error::operation_aborted);
+        if (projects_.empty()) {
+            auto const begun = co_await begun_->wait();
+            if (!begun)
+                co_return begun;
+            continue;
+        }
+        co_await follow();
+        if (projects_.empty())
+            continue;
         auto const waited = co_await clock_.wait_until(clock_.now() + between_attempts);
         if (!waited)
             co_return waited;
     }
 }
 
-/// Until docker ends.
+/// Until docker ends, or is not needed any more.
 asio::awaitable<void> DockerBuildLimits::follow()
 {
-    auto argv = core::watch_starts(params_.identity);
+    auto argv = core::watch_starts(params_.identity, projects_.begin()->second);
     argv.insert(argv.begin(), params_.docker.string());
     auto spec = commands_.spec(std::move(argv));
-    auto const process = co_await processes_.start(std::move(spec));
+    auto process = co_await processes_.start(std::move(spec));
     if (!process)
         co_return;
+    following_ = std::move(*process);
+    if (projects_.empty())
+        following_->terminate();
     core::LineSplitter lines;
     for (;;) {
-        auto const event = co_await (*process)->next_event();
+        auto const event = co_await following_->next_event();
         auto const* output = event ? std::get_if<ProcessOutput>(&*event) : nullptr;
         if (!output)
-            co_return;
+            break;
         std::vector<std::string> started;
         auto const each = [&started](std::string_view line) {
             if (auto step = core::build_step(line))
@@ -60,6 +84,7 @@ asio::awaitable<void> DockerBuildLimits::follow()
         lines.feed(output->bytes, each);
         co_await limit(std::move(started));
     }
+    following_.reset();
 }
 
 asio::awaitable<void> DockerBuildLimits::limit(std::vector<std::string> containers)

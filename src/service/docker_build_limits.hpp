@@ -1,7 +1,7 @@
 // Keeps the limits of builds.
 #pragma once
 
-#include "core/simulation/webots_output.hpp"
+#include "async/wakeup.hpp"
 #include "docker_commands.hpp"
 
 #include <webots_cloud/error.hpp>
@@ -9,12 +9,16 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <map>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace webots_cloud {
 
-/// Follows docker, and limits each step of a build of this server as soon as it runs.
+/// While simulations run that build what a project says, follows docker, and limits each step of a build of
+/// this server as soon as it runs.
 ///
 /// Lifetime: everything passed by reference must outlive it.
 /// Thread-safety: one executor.
@@ -26,8 +30,10 @@ public:
         : params_(params), commands_(commands), processes_(processes), clock_(clock), log_(std::move(log))
     {}
 
-    /// Whether there are any that docker can set for a container that runs.
-    bool any() const;
+    /// From now on steps of builds may run, for this simulation.
+    void begin(std::string project);
+    /// It has ended.
+    void end(std::string const& project) noexcept;
 
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
@@ -41,6 +47,9 @@ private:
     ProcessHost& processes_;
     Clock& clock_;
     Logger log_;
+    std::map<std::string, WallTime> projects_; ///< That may build, and since when.
+    std::unique_ptr<Process> following_;       ///< Null: docker is not followed.
+    std::optional<async::Wakeup> begun_;       ///< While `run()` is awaited.
 };
 
 } // namespace webots_cloud

@@ -93,8 +93,6 @@ asio::awaitable<result<>> DockerMode::open()
 asio::awaitable<result<>> DockerMode::run()
 {
     impl_->cleared.emplace(co_await asio::this_coro::executor);
-    if (!impl_->build_limits.any())
-        co_return co_await impl_->clean();
     auto parts = async::first_of(impl_->clean(), impl_->build_limits.run());
     co_return co_await std::move(parts);
 }
@@ -131,7 +129,11 @@ asio::awaitable<result<ContainerPlan>> DockerMode::prepare(LaunchSpec const& spe
     auto project = co_await impl_->files.write(spec, port, impl_->engine.runtime);
     if (!project)
         co_return project.error();
-    co_return impl_->plan(spec, std::move(*project));
+    bool const builds = project->builds_what_it_says;
+    auto plan = impl_->plan(spec, std::move(*project));
+    if (builds)
+        impl_->build_limits.begin(plan.project);
+    co_return plan;
 }
 
 ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject project) const
@@ -191,9 +193,15 @@ asio::awaitable<WrittenElsewhere> DockerMode::written(std::string project)
     co_return written;
 }
 
-asio::awaitable<void> DockerMode::clear(std::string project)
+void DockerMode::forget(std::string const& project) noexcept
 {
     impl_->counted.erase(project);
+    impl_->build_limits.end(project);
+}
+
+asio::awaitable<void> DockerMode::clear(std::string project)
+{
+    forget(project);
     auto const removed = co_await impl_->cleanup.remove_leftovers(project);
     if (!removed) {
         impl_->owed.insert(project);

@@ -92,6 +92,8 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     ContainerProject project;
     project.environment = std::move(*values);
     project.uses_project_dockerfile = own;
+    project.builds_what_it_says =
+        own || texts.has_makefile || yml->kind == core::ComposeTemplate::competition;
     project.own_network = walls.own_network;
     project.token = std::move(walls.token);
     project.notes = core::unused_file_notes(texts, own);

@@ -25,6 +25,7 @@ struct ContainerProject
 
     core::DockerEnvironment environment;
     bool uses_project_dockerfile = false; ///< Otherwise it is built with ours.
+    bool builds_what_it_says = false;     ///< Commands of the project run while images are built.
     bool own_network = false;             ///< The simulator has none of Docker's.
     std::string token;                    ///< Of the simulator's container.
     std::vector<std::string> notes;       ///< Sentences for the browser.

@@ -15,7 +15,7 @@ public:
         return docker_.prepare(spec, port);
     }
 
-    void forget(ContainerPlan const&) noexcept override {}
+    void forget(ContainerPlan const& plan) noexcept override { docker_.forget(plan.project); }
 
     bool leaves_something() const noexcept override { return true; }
 

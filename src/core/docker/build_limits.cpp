@@ -6,9 +6,12 @@
 
 namespace webots_cloud::core {
 
-std::vector<std::string> watch_starts(std::string_view identity)
+std::vector<std::string> watch_starts(std::string_view identity, WallTime since)
 {
+    auto const seconds = std::chrono::duration_cast<std::chrono::seconds>(since.time_since_epoch());
     return {"events",
+            "--since",
+            std::to_string(seconds.count()),
             "--filter",
             "event=start",
             "--filter",

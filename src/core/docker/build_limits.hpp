@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/process_limits.hpp>
+#include <webots_cloud/time.hpp>
 
 #include <optional>
 #include <string>
@@ -10,9 +11,9 @@
 
 namespace webots_cloud::core {
 
-/// The arguments of docker that print, as `build_step` reads it, each container that starts from now on and
-/// has this server as a label: our simulations, and steps of their builds.
-std::vector<std::string> watch_starts(std::string_view identity);
+/// The arguments of docker that print, as `build_step` reads it, each container that has started since then,
+/// or starts from now on, and has this server as a label: our simulations, and steps of their builds.
+std::vector<std::string> watch_starts(std::string_view identity, WallTime since);
 
 /// The container of a line, if it is a step of a build: it is none of compose's, whose limits are in its
 /// file.

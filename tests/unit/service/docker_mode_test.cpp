@@ -515,6 +515,12 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     params.limits.processes = 50;
     Fixture fixture(params);
     fixture.open();
+    fixture.files.texts[std::string(root) + "/Makefile"] = "all:\n";
+    fixture.expect_commands(2); // looks at builds
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(fixture.run_docker());
+    fixture.world.advance(60s);
+    fixture.processes.expect().after(10s).prints("webots-1  | .\n");
     fixture.processes
         .expect() // docker events
         .after(1s)
@@ -524,19 +530,39 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
         .after(1s)
         .exits(1);
     fixture.processes.expect().prints("No such container: 0a\n").exits(1);
-    fixture.expect_commands(2);
-    fixture.processes.expect(); // docker events again
     fixture.expect_commands(1);
+    fixture.processes.expect(); // docker events again
+    fixture.expect_commands(looks + 2);
+    auto& browser = fixture.start();
+    fixture.world.advance(20s);
+    fixture.leave(browser);
+    fixture.world.advance(60s);
+    auto const lines = fixture.run();
+    BOOST_TEST_REQUIRE(lines.size() == 2u + 1u + 4u + looks + 2u);
+    BOOST_TEST(lines.at(3).starts_with("/bin/docker events --since "));
+    BOOST_TEST(lines.at(4) == "/bin/docker update --pids-limit 50 0a");
+    BOOST_TEST(lines.at(5) == "/bin/docker update --pids-limit 50 0c");
+    BOOST_TEST(lines.at(6) == lines.at(3));
+    BOOST_TEST(fixture.processes.alive() == 0);
+    running.cancel_all();
+    fixture.world.run(running.join());
+}
+
+BOOST_AUTO_TEST_CASE(docker_is_not_followed_for_a_project_that_has_nothing_run)
+{
+    auto params = docker_params();
+    params.limits.processes = 50;
+    Fixture fixture(params);
+    fixture.open();
+    fixture.expect_commands(2);
     async::TaskGroup running(fixture.world.executor());
     running.spawn(fixture.run_docker());
     fixture.world.advance(60s);
-    auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 6u);
-    BOOST_TEST(lines.at(0).starts_with("/bin/docker events --filter event=start --filter "
-                                       "label=webots_cloud.server=webots-2000-1f3a9c4d --format "));
-    BOOST_TEST(lines.at(1) == "/bin/docker update --pids-limit 50 0a");
-    BOOST_TEST(lines.at(2) == "/bin/docker update --pids-limit 50 0c");
-    BOOST_TEST(lines.at(4) == lines.at(0));
+    fixture.processes.expect().prints("webots-1  | .\n");
+    fixture.expect_commands(looks + 2);
+    fixture.leave(fixture.start());
+    fixture.world.advance(60s);
+    BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 2u);
     running.cancel_all();
     fixture.world.run(running.join());
 }

@@ -15,8 +15,10 @@ using Words = std::vector<std::string>;
 
 BOOST_AUTO_TEST_CASE(steps_of_builds_are_told_from_services_of_compose)
 {
-    BOOST_TEST(watch_starts("webots-2000-1f3a9c4d").at(4) ==
-               "label=webots_cloud.server=webots-2000-1f3a9c4d");
+    auto const arguments =
+        watch_starts("webots-2000-1f3a9c4d", WallTime(std::chrono::milliseconds(1700000000999)));
+    BOOST_TEST(arguments.at(2) == "1700000000");
+    BOOST_TEST(arguments.at(6) == "label=webots_cloud.server=webots-2000-1f3a9c4d");
     BOOST_TEST(build_step("0a1b2c\t\"\"").value() == "0a1b2c");
     BOOST_TEST(build_step("0a1b2c\t\"\"\r").value() == "0a1b2c");
     for (auto const line : {"", "0a1b2c", "0a1b2c\t\"webots-2000-1f3a9c4d-1-0a\"", "--all\t\"\"", "\t\"\"",
