@@ -1,4 +1,5 @@
-// Other users for a server that is not root: the numbers that /etc/subuid and /etc/subgid leave to its user.
+// Other users for a server that is not root: the numbers that /etc/subuid and /etc/subgid leave to its user,
+// or that root gives it.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -49,6 +50,12 @@ public:
 /// Errors: `start_failed`; `timed_out` after 15 seconds.
 boost::asio::awaitable<result<std::shared_ptr<SubordinateUsers>>>
 make_subordinate_users(std::filesystem::path guard, SubordinateRange range);
+
+/// The same of a namespace that root has made for the user of a service, by `--pin-users` of the guard, and
+/// pinned to this file: 65536 users.
+/// Errors: `not_found`: there is no such file; `start_failed`.
+result<std::shared_ptr<SubordinateUsers>> open_pinned_users(std::filesystem::path guard,
+                                                            std::filesystem::path const& file);
 
 /// `source`, for projects whose folders belong to such users while a simulation runs. `scratch` is an
 /// existing folder of the server's.

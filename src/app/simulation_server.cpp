@@ -486,7 +486,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const sandbox = co_await app::choose_sandbox(config, sandbox_context, *processes, *clock, log);
     if (!sandbox)
         co_return sandbox.error();
-    app::tell_user(sandbox->params.user, log);
+    app::tell_user(*user, sandbox->params.user, log);
     auto const display = co_await app::choose_display(config, sandbox->params, guard, sandbox_context.state,
                                                       *processes, *clock, log);
     if (!display)
@@ -562,7 +562,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     service_settings.isolation_warning =
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
     service_settings.sandbox = config.docker ? container_network.description : sandbox->description;
-    if (!config.docker && !config.slurm) // containers and jobs have users of their own
+    if (!user->is_elsewhere)
         service_settings.sandbox.append(concat("; ", app::describe_user(*user, sandbox->params.user)));
     service_settings.display = display->description;
     service_settings.labels = std::move(labels);

@@ -120,16 +120,27 @@ std::string read_if_there(fs::path const& path)
     return text ? std::move(*text) : std::string();
 }
 
-/// The users that `/etc/subuid` gives us.
+/// Where the unit of a service has users made; empty: we are no service of systemd's.
+fs::path pinned_users()
+{
+    auto const runtime = fs::path(environment("RUNTIME_DIRECTORY"));
+    return runtime.is_absolute() ? fs::path(runtime.native() + ".users") : fs::path();
+}
+
+/// The users that root has made for this service, or else those that `/etc/subuid` gives us.
 asio::awaitable<result<std::shared_ptr<SubordinateUsers>>> open_subordinate_users(fs::path guard)
 {
-    if (::prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0) == 1)
-        co_return Failure(errc::unavailable,
-                          "no_new_privs, as systemd's NoNewPrivileges= sets it, forbids newuidmap");
+    core::SubordinateContext context;
+    context.pinned = pinned_users();
+    if (!context.pinned.empty()) {
+        auto opened = open_pinned_users(guard, context.pinned);
+        if (opened || !(opened.error() == errc::not_found))
+            co_return opened;
+    }
+    context.no_new_privs = ::prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0) == 1;
     auto const name = find_user_name(::geteuid());
     auto const lines_of_users = read_if_there("/etc/subuid");
     auto const lines_of_groups = read_if_there("/etc/subgid");
-    core::SubordinateContext context;
     context.user = ::geteuid();
     context.name = name;
     context.users = lines_of_users;
@@ -165,7 +176,7 @@ asio::awaitable<result<>> check(SimulationUser const& user, SandboxContext const
     co_return checked;
 }
 
-/// Users of `/etc/subuid`, if they work.
+/// Users of the unit or of `/etc/subuid`, if they work.
 asio::awaitable<result<ChosenUser>> choose_subordinate(SandboxContext const& context, ProcessHost& processes,
                                                        Clock& clock)
 {
@@ -196,8 +207,7 @@ asio::awaitable<result<ChosenUser>> choose_subordinate(SandboxContext const& con
 /// What the key asks for where the server is not root, and no user is named.
 asio::awaitable<result<ChosenUser>> choose_for_others_than_root(SimulationConfig const& config,
                                                                 SandboxContext const& context,
-                                                                ProcessHost& processes, Clock& clock,
-                                                                Logger log)
+                                                                ProcessHost& processes, Clock& clock)
 {
     auto chosen = co_await choose_subordinate(context, processes, clock);
     auto const display = wanted_display(config);
@@ -213,7 +223,6 @@ asio::awaitable<result<ChosenUser>> choose_for_others_than_root(SimulationConfig
     if (config.simulation_user != "auto")
         co_return Failure(errc::start_failed, concat("\"simulationUser\": \"", config.simulation_user,
                                                      "\" does not work here: ", why, see));
-    log.info(concat("Simulations run as this server's own user. For other users: ", why, see, "."));
     ChosenUser own;
     own.problem = why;
     co_return own;
@@ -226,7 +235,8 @@ asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig cons
                                                            Clock& clock, Logger log)
 {
     ChosenUser chosen;
-    if (config.docker || config.slurm) // jobs are this server's user's
+    chosen.is_elsewhere = config.docker || config.slurm.has_value(); // jobs are this server's user's
+    if (chosen.is_elsewhere)
         co_return chosen;
     bool const is_root = ::geteuid() == 0;
     if (config.simulation_user == "subordinate" && is_root)
@@ -236,7 +246,7 @@ asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig cons
                    "simulations are other users with \"auto\"",
                    see));
     if (config.simulation_user == "subordinate" || (config.simulation_user == "auto" && !is_root))
-        co_return co_await choose_for_others_than_root(config, context, processes, clock, log);
+        co_return co_await choose_for_others_than_root(config, context, processes, clock);
     auto user = choose(config, context);
     result<> works;
     if (!user)
@@ -295,8 +305,18 @@ std::string describe_user(ChosenUser const& chosen, SimulationUser const& user)
     return chosen.problem.empty() ? own : concat(own, " (for others: ", chosen.problem, ")");
 }
 
-void tell_user(SimulationUser const& user, Logger const& log)
+std::string_view shared_user_risk(ChosenUser const& chosen, SimulationUser const& user)
 {
+    return chosen.is_elsewhere ? std::string_view() : core::shared_user_risk(user);
+}
+
+void tell_user(ChosenUser const& chosen, SimulationUser const& user, Logger const& log)
+{
+    if (auto const risk = shared_user_risk(chosen, user); !risk.empty()) {
+        auto const own = ::geteuid() == 0 ? "root" : "this server's own user";
+        auto const why = chosen.problem.empty() ? "" : concat(". For other users: ", chosen.problem, see);
+        log.warning(concat("Simulations run as ", own, why, ". Each of them ", risk));
+    }
     if (user.kind == SimulationUser::Kind::one)
         log.info(concat("Simulations run as the user ", user.name, "."));
     if (user.kind == SimulationUser::Kind::of_its_own)

@@ -18,6 +18,7 @@ struct ChosenUser
 
     SimulationUser user;
     std::shared_ptr<SubordinateUsers> subordinate; ///< Whose namespace `user` means; null: none.
+    bool is_elsewhere = false; ///< Simulations are in containers or jobs, which have users of their own.
     std::string problem; ///< Why no other user can be had; empty: one has been, or nobody asked for one.
 };
 
@@ -41,7 +42,12 @@ boost::asio::awaitable<void> remove_left_overs(InstanceRoot& root,
 /// `user`.
 std::string describe_user(ChosenUser const& chosen, SimulationUser const& user);
 
-/// Writes into the log who runs simulations, where it is not the server's user.
-void tell_user(SimulationUser const& user, Logger const& log);
+/// What simulations that share this server's user may do to it, as `core::shared_user_risk` says; empty:
+/// nothing.
+std::string_view shared_user_risk(ChosenUser const& chosen, SimulationUser const& user);
+
+/// Writes into the log who runs simulations, as `describe_user` says; and what that means, where it is the
+/// server's user.
+void tell_user(ChosenUser const& chosen, SimulationUser const& user, Logger const& log);
 
 } // namespace webots_cloud::app

@@ -14,6 +14,7 @@
 //     webots-process-guard --filter PROGRAM [ARGUMENT...]
 //     webots-process-guard --try FILE PORT PROCESS
 //     webots-process-guard --make-users NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT
+//     webots-process-guard --pin-users FOLDER | --unpin-users FOLDER
 //     webots-process-guard --subordinate --take-back FOLDER | --measure FOLDER ENOUGH | --put FROM TO FILE
 //     webots-process-guard --put FROM TO FILE
 //
@@ -88,8 +89,10 @@
 // --subordinate: we enter the user namespace whose descriptor we get as number 3, are root in there, and do
 // as root does. --make-users makes that namespace and sends its descriptor over the socket: see
 // subordinate.hpp. The users in it are numbers of /etc/subuid, so that a server that is not root has other
-// users, too. What became theirs is taken back when no process of the tree is left. With the other options
-// the guard only does one thing in the folder of such a user: see folders.hpp.
+// users, too. --pin-users, run by root before a service starts whose user may not do that, makes such a
+// namespace for it, and pins it to a file, which --unpin-users removes. What became theirs is taken back when
+// no process of the tree is left. With the other options the guard only does one thing in the folder of such
+// a user: see folders.hpp.
 //
 // --filter, run in a sandbox, runs a program without some system calls: see system_calls.hpp.
 //
@@ -665,6 +668,10 @@ int main(int argc, char** argv)
         webots_cloud::guard::execute_filtered(argv + 2);
     if (argc == 7 && std::strcmp(argv[1], "--make-users") == 0)
         return webots_cloud::guard::make_user_namespace(argv + 2);
+    if (argc == 3 && std::strcmp(argv[1], "--pin-users") == 0)
+        return webots_cloud::guard::pin_user_namespace(argv[2]);
+    if (argc == 3 && std::strcmp(argv[1], "--unpin-users") == 0)
+        return webots_cloud::guard::unpin_user_namespace(argv[2]);
     webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
     char** const cleanup_command = take_cleanup_command(argc, argv);

@@ -12,6 +12,7 @@ inline constexpr char const* forms[] = {
     "--filter PROGRAM [ARGUMENT...]",
     "--try FILE PORT PROCESS",
     "--make-users NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT",
+    "--pin-users FOLDER | --unpin-users FOLDER",
     "--subordinate --take-back FOLDER | --measure FOLDER ENOUGH | --put FROM TO FILE",
     "--put FROM TO FILE",
 };
@@ -42,6 +43,7 @@ inline constexpr Option options[] = {
     {"open", "NUMBER FILE", "open FILE for the program, as its descriptor NUMBER"},
     {"own-displays", "", "hide X servers of the program and of the machine from each other"},
     {"own-sandbox", "FOLDER", "the program makes a sandbox itself, and keeps its files in FOLDER"},
+    {"pin-users", "FOLDER", "as root: make a user namespace for who owns FOLDER, and pin it to FOLDER.users"},
     {"probe", "", "say how well this machine can keep simulations apart"},
     {"put", "FROM TO FILE", "replace FILE in the folder TO by that of FROM"},
     {"read-only", "FOLDER", "the program can't change this folder"},
@@ -52,6 +54,7 @@ inline constexpr Option options[] = {
     {"subordinate", "", "run the program as a user of the namespace at descriptor 3"},
     {"take-back", "FOLDER", "with --subordinate: make this folder, and all in it, ours again"},
     {"try", "FILE PORT PROCESS", "in a sandbox: say what is possible there that should not be"},
+    {"unpin-users", "FOLDER", "as root: remove that file"},
     {"user", "UID GID[,GID...] FOLDER HOME AUTHORITY",
      "run the program as another user, to whom FOLDER is given"},
     {"visible", "PATH", "with --user: the user has to reach this"},

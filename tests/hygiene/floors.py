@@ -36,7 +36,7 @@ FLOORS = {
     'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters/', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp',
                      'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/subordinate_users.hpp', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
                      'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'malloc.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'arpa/nameser.h', 'ares.h', 'ifaddrs.h',
-                     'dlfcn.h', 'grp.h', 'pwd.h'],
+                     'dlfcn.h', 'grp.h', 'pwd.h', 'sched.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
     'src/app': ['webots_cloud/', 'src/core/', 'src/async/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
     'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],

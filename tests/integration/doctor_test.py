@@ -273,6 +273,17 @@ class DoctorOfAService(Examination):
             self.assertEqual([word for word in words.read().splitlines() if word.startswith("--property")],
                              ["--property=User=nobody", "--property=ProtectSystem=strict"])
 
+    def test_it_has_users_made_for_simulations_as_the_service_has(self):
+        with open(os.path.join(self.folder, "unit"), "a") as file:
+            file.write("ExecStartPre=-+/usr/bin/webots-process-guard --pin-users %t/webots\n")
+        self.run_doctor("--json")
+        guard = os.path.join(os.path.dirname(program(self.PROGRAM)), "webots-process-guard")
+        with open(self.words) as words:
+            self.assertEqual([word for word in words.read().splitlines() if word.startswith("--property")][2:],
+                             ["--property=RuntimeDirectory=webots-cloud/doctor", "--property=RuntimeDirectoryMode=0700",
+                              f"--property=ExecStartPre=-+{guard} --pin-users /run/webots-cloud/doctor",
+                              f"--property=ExecStopPost=-+{guard} --unpin-users /run/webots-cloud/doctor"])
+
     def test_what_root_alone_sees_comes_from_root(self):
         os.chmod(self.folder, 0o755)
         self.put_on_path("nft", "echo 'chain input { type filter hook input priority 0; policy drop; }'")

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Where the server is not root, but /etc/subuid gives its user numbers, its simulations run as other users: what they can't do even where
-nothing else confines them, and that the server is still master of their files.
+"""Where the server is not root, but /etc/subuid gives its user numbers, or root has made users for its service, its simulations run as other
+users: what they can't do even where nothing else confines them, and that the server is still master of their files.
 
 The lines of /etc/subuid are seen by these servers alone: each has a mount namespace with files of its own there.
 """
@@ -10,22 +10,25 @@ import contextlib
 import json
 import os
 import signal
+import shutil
 import stat
 import subprocess
 import sys
+import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 sys.path.insert(0, os.path.dirname(__file__))
 from simulation_user_test import ATTACK, OUTSIDE, WORLD, Attack, users_of  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
-from support.other_user import FIRST, NOBODY, RANGE, OwnedServer, as_nobody_with_numbers, require_subordinate_users  # noqa: E402
+from support.other_user import AS_OF_A_UNIT, FIRST, NOBODY, PINNED, RANGE, OwnedServer, ServiceServer, as_nobody_with_numbers, require_subordinate_users  # noqa: E402
 from support.projects import demo_project  # noqa: E402
-from support.servers import SimulationServer, is_alive, main, wait_until  # noqa: E402
+from support.servers import SimulationServer, is_alive, main, program, wait_until  # noqa: E402
 
 NEIGHBOUR = "local:/projects/neighbour/blob/main/worlds/arena.wbt"
 HOSTILE = "local:/projects/hostile/blob/main/worlds/hostile.wbt"
 FILLING = "local:/projects/filling/blob/main/worlds/hostile.wbt"
+GREEDY = "local:/projects/greedy/blob/main/worlds/hostile.wbt"
 DISK = 10  # MB
 # What it leaves is to be hard to remove; and it leads who puts files back to a folder of the server's.
 LITTER = r'''
@@ -71,6 +74,35 @@ for i in range(3):
         file.write(b"x" * (8 << 20))
 signal.pause()
 '''
+# Takes all watches (epoll) that the kernel gives its user, with as many processes as that needs, and holds them.
+GREED = r'''#!/usr/bin/python3
+import errno, json, os, select, signal, time
+end = time.monotonic() + 60
+held = []
+def take():
+    source = os.eventfd(0)
+    copies = [os.dup(source) for _ in range(1500)]
+    while time.monotonic() < end and len(held) < 1500:
+        held.append(select.epoll())
+        for copy in copies:
+            try:
+                held[-1].register(copy, 0)
+            except OSError as error:
+                return errno.errorcode[error.errno]
+    return "not all"
+for _ in range(15):
+    reading, writing = os.pipe()
+    if os.fork() == 0:
+        os.write(writing, take().encode())
+        signal.pause()
+    said = os.read(reading, 100).decode()
+    if said != "not all":
+        break
+with open("taking", "w") as file:
+    json.dump(said, file)
+os.rename("taking", "taken")
+signal.pause()
+'''
 
 
 def setUpModule():
@@ -83,11 +115,21 @@ def frame(address):
 
 
 def subordinate_server(lines=RANGE, mask="022", **keys):
-    made = OwnedServer(NOBODY, as_nobody_with_numbers(lines, mask), True,
-                       **{"simulationUser": "auto", "debug": False, "simulationDisk": DISK, "display": "none", **keys})
+    return with_projects(OwnedServer(NOBODY, as_nobody_with_numbers(lines, mask), True, **common(keys)))
+
+
+def service_server(mask="022", **keys):
+    return with_projects(ServiceServer(mask, **common(keys)))
+
+
+def common(keys):
+    return {"simulationUser": "auto", "debug": False, "simulationDisk": DISK, "display": "none", **keys}
+
+
+def with_projects(made):
     folder = os.path.join(made.folder, "projects")
     files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
-    for name, controller in (("hostile", ATTACK + LITTER), ("filling", FILL)):
+    for name, controller in (("hostile", ATTACK + LITTER), ("filling", FILL), ("greedy", GREED)):
         files[f"{name}/worlds/hostile.wbt"] = WORLD.encode()
         files[f"{name}/controllers/attack/attack"] = controller.encode()
     files["hostile/controllers/linked/file"] = b"pristine"
@@ -133,10 +175,12 @@ class Attacked(Attack):
     """The attempts of simulation_user_test, and what only such users make hard."""
 
     mask = "022"  # of the server (umask)
+    make_server = staticmethod(subordinate_server)
+    first = FIRST  # of the numbers
 
     @classmethod
     def setUpClass(cls):
-        cls.server = subordinate_server(mask=cls.mask, **{"display": ":0", **cls.keys})
+        cls.server = cls.make_server(mask=cls.mask, **{"display": ":0", **cls.keys})
         cls.addClassCleanup(cls.server.close)
         folder = cls.server.folder
         secrets = [os.path.join(folder, name) for name in ("key.pem", "operator-token", "authority")]
@@ -148,7 +192,7 @@ class Attacked(Attack):
         os.chmod(folder, cls.mode)
         cls.server.configure()
         os.chmod(os.path.join(folder, "config.json"), 0o600)
-        cls.other = subordinate_server(**cls.keys)
+        cls.other = cls.make_server(**cls.keys)
         cls.addClassCleanup(cls.other.close)
         cls.other.start()
         instances = cls.server.instances_folder()
@@ -267,9 +311,9 @@ class Attacked(Attack):
         real, effective, group = self.said["user"]
         self.assertEqual((effective, group), (real, real))
         self.assertNotEqual(real, 0)
-        self.assertEqual(self.outer_number, FIRST + real - 1)
+        self.assertEqual(self.outer_number, self.first + real - 1)
         self.assertNotIn(self.outer_number, self.neighbours)
-        self.assertTrue([user for user in self.neighbours if FIRST <= user < FIRST + 65536], self.neighbours)
+        self.assertTrue([user for user in self.neighbours if self.first <= user < self.first + 65536], self.neighbours)
         self.assertEqual(self.said["groups"], [real])
         self.assertFalse(self.said["become root"])
 
@@ -290,7 +334,7 @@ class Attacked(Attack):
         self.assertTrue(self.refusal)
 
     def test_what_killed_servers_and_guards_leave_is_removed(self):
-        self.assertGreaterEqual(self.left, FIRST)  # nobody had given it back
+        self.assertGreaterEqual(self.left, self.first)  # nobody had given it back
 
     def test_set_user_id_programs_give_it_nothing(self):
         said = self.set_user_id
@@ -302,7 +346,7 @@ class Attacked(Attack):
     def test_no_set_user_id_program_of_its_own_becomes_the_servers_when_its_folder_does(self):
         self.assertEqual(self.given_back, NOBODY)
         self.assertEqual(len(self.set_user_ids), 1, self.set_user_ids)
-        self.assertGreaterEqual(self.set_user_ids.pop(), FIRST)
+        self.assertGreaterEqual(self.set_user_ids.pop(), self.first)
 
     def test_another_server_of_the_same_user_is_not_disturbed(self):
         self.assertTrue(self.others_alive)
@@ -337,6 +381,116 @@ class InBubblewrap(Attacked, unittest.TestCase):
         super().setUpClass()
 
 
+class OfAService(Attacked, unittest.TestCase):
+    """Root has made its users, as ExecStartPre= of the unit does, since the service can't gain privileges."""
+
+    keys = {"sandbox": "none", "simulationUser": "subordinate"}
+    make_server = staticmethod(service_server)
+    first = PINNED
+
+    @classmethod
+    def operator_socket(cls):
+        return cls.server.operator_socket()
+
+    @classmethod
+    async def attack_more(cls):
+        """What its user may have of the kernel is not the server's: by then it has all of that."""
+        async with Browser(cls.server) as browser:
+            await browser.start(GREEDY)
+            await browser.hear("webots:")
+            place = os.path.join(cls.server.instances_folder(), cls.server.instances()[0], "controllers", "attack", "taken")
+            wait_until(lambda: os.path.exists(place), lambda: f"it takes nothing:\n{log_of(cls.server)}", 90)
+            with open(place) as file:
+                cls.taken = json.load(file)
+            async with Browser(cls.server) as neighbour:
+                await neighbour.start(NEIGHBOUR)
+                cls.started_beside = await frame(await neighbour.hear("webots:"))
+            cls.answers = [cls.server.get("/load") for _ in range(50)]
+        cls.server.wait_until_clean()
+
+    def test_a_simulation_that_takes_all_watches_of_its_user_leaves_the_server_its_own(self):
+        self.assertEqual(self.taken, "ENOSPC")
+        self.assertTrue(self.started_beside)
+        self.assertNotIn(None, self.answers)
+        self.assertNotIn("Can't accept a connection", log_of(self.server))
+
+
+class Pinned(unittest.TestCase):
+    """What root makes for a service, as its unit says."""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.addCleanup(self.guard, "--unpin-users")
+        os.chown(self.folder, NOBODY, NOBODY)
+        self.file = f"{self.folder}.users"
+
+    def guard(self, option, user=None):
+        done = subprocess.run([*(() if user else AS_OF_A_UNIT), program("webots-process-guard"), option, self.folder], capture_output=True, text=True,
+                              timeout=30, user=user)
+        return done.returncode, done.stderr
+
+    def mounts(self):
+        with open("/proc/self/mountinfo") as mounts:
+            return [line.split()[3] for line in mounts if line.split()[4] == self.file]
+
+    def enter(self, user):
+        """The maps of users as a program sees them that enters the namespace as a service's can."""
+        done = subprocess.run(["setpriv", f"--reuid={user}", f"--regid={user}", "--clear-groups", "--no-new-privs", "--bounding-set=-all",
+                               "nsenter", f"--user={self.file}", "cat", "/proc/self/uid_map", "/proc/self/gid_map"], capture_output=True, text=True)
+        return [list(map(int, line.split())) for line in done.stdout.splitlines()]
+
+    def test_the_owner_of_the_folder_may_enter_it_and_nobody_else(self):
+        self.assertEqual(self.guard("--pin-users"), (0, ""))
+        maps = [[0, NOBODY, 1], [1, PINNED, 65536]]
+        self.assertEqual(self.enter(NOBODY), maps + maps)
+        self.assertEqual(self.enter(NOBODY - 1), [])
+
+    def test_nothing_stays_of_one_that_is_made_again_or_removed(self):
+        self.guard("--pin-users")
+        first = self.mounts()
+        self.assertRegex("".join(first), r"^user:\[\d+\]$")
+        self.assertEqual(self.guard("--pin-users"), (0, ""))
+        self.assertEqual(len(self.mounts()), 1)
+        self.assertNotEqual(self.mounts(), first)
+        self.assertEqual(self.guard("--unpin-users"), (0, ""))
+        self.assertEqual((self.mounts(), os.path.lexists(self.file)), ([], False))
+        self.assertEqual(self.guard("--unpin-users"), (0, ""))
+
+    def test_what_others_have_put_there_is_replaced_and_links_lead_nowhere(self):
+        target = os.path.join(self.folder, "target")
+        with open(target, "w"):
+            os.symlink(target, self.file)
+        self.assertEqual(self.guard("--pin-users"), (0, ""))
+        self.assertFalse(os.path.islink(self.file))
+        self.assertEqual(os.stat(target).st_size, 0)
+        self.guard("--unpin-users")
+        os.mkdir(self.file)
+        self.addCleanup(os.rmdir, self.file)
+        status, said = self.guard("--pin-users")
+        self.assertEqual(status, 1)
+        self.assertIn(f"simulations will share the server's user: {self.file}: what is there can't be removed: ", said)
+
+    def test_a_folder_of_roots_stays_as_it_is(self):
+        os.chown(self.folder, 0, 0)
+        self.assertEqual(self.guard("--pin-users"), (0, ""))
+        self.assertFalse(os.path.lexists(self.file))
+
+    def test_the_folder_can_be_given_to_another_user_as_systemd_does(self):
+        self.guard("--pin-users")
+        subprocess.run(["chown", "--recursive", f"{NOBODY - 1}:{NOBODY - 1}", self.folder], check=True)
+        self.assertEqual(self.guard("--pin-users"), (0, ""))
+        self.assertEqual(self.enter(NOBODY), [])
+        self.assertEqual(self.enter(NOBODY - 1)[0], [0, NOBODY - 1, 1])
+
+    def test_who_is_not_root_is_told_that_this_is_roots_affair(self):
+        os.chmod(self.folder, 0o777)
+        status, said = self.guard("--pin-users", NOBODY)
+        self.assertEqual(status, 1)
+        self.assertIn("simulations will share the server's user", said)
+        self.assertEqual(self.mounts(), [])
+
+
 class Choice(unittest.IsolatedAsyncioTestCase):
     """What the key says, and what becomes of it."""
 
@@ -350,6 +504,22 @@ class Choice(unittest.IsolatedAsyncioTestCase):
             self.assertIn(f"Simulations run as this server's own user. For other users: {told}", log_of(simulation))
             self.assertIn(told.replace('"', "&quot;"), monitor_of(simulation))
             simulation.wait_until_clean()
+
+    async def test_a_service_without_users_runs_and_says_what_that_means(self):
+        simulation = service_server()
+        self.addCleanup(simulation.close)
+        simulation.guard = lambda option: ""
+        simulation.start()
+        log = log_of(simulation)
+        self.assertIn("Simulations run as this server's own user. For other users: no_new_privs, as systemd's NoNewPrivileges= sets it, forbids "
+                      f"newuidmap, and there is no {simulation.runtime}.users", log)
+        self.assertIn("Each of them can take all that the kernel gives this server's user, epoll watches above all", log)
+        doctor = subprocess.run([*simulation.wrapper, simulation.program(), "--doctor", "--json", os.path.join(simulation.folder, "config.json")],
+                                env={**os.environ, "TMPDIR": os.path.join(simulation.folder, "tmp"), **simulation.environment}, capture_output=True,
+                                text=True, timeout=60, cwd=simulation.folder)
+        user = next(each for each in json.loads(doctor.stdout)["findings"] if each["subject"] == "user")
+        self.assertEqual(user["verdict"], "warning")
+        self.assertIn("each of them can take all that the kernel gives this server's user", user["found"])
 
     async def test_the_operator_may_want_the_servers_own_user(self):
         with subordinate_server(simulationUser="none") as simulation:

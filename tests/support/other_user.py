@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import tempfile
 import unittest
 
 from .browser_client import LOCAL
@@ -22,6 +23,9 @@ WITH_HIDDEN_PROCESSES = ("unshare", "--mount", "sh", "-c", 'mount -t proc -o hid
 
 FIRST = 1_900_000_000  # nobody's on this machine
 RANGE = f"nobody:{FIRST}:65536\n"
+# systemd gives root's commands of a unit with mounts of its own such mounts too.
+AS_OF_A_UNIT = ("unshare", "--mount", "--propagation", "slave")
+PINNED = 0x74000000 + NOBODY % 1024 * 65536  # the numbers that the guard gives this user with --pin-users
 
 
 def require_subordinate_users():
@@ -89,3 +93,31 @@ class OwnedServer(SimulationServer):
         if self.owner is not None:
             subprocess.run(["chown", "-R", "-h", f"{self.owner}:{self.owner}", self.folder], check=True)
         super().start()
+
+
+class ServiceServer(OwnedServer):
+    """As the unit of config/systemd runs it: root has made users for its simulations, and the server may gain no privileges."""
+
+    def __init__(self, mask="022", **config):
+        super().__init__(NOBODY, ("sh", "-c", f'umask {mask} && exec setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups --no-new-privs '
+                                  '--bounding-set=-all --inh-caps=-all "$@"', "sh"), True, **config)
+        self.runtime = tempfile.mkdtemp(prefix="webots-runtime-")
+        os.chown(self.runtime, NOBODY, NOBODY)
+        self.environment["RUNTIME_DIRECTORY"] = self.runtime
+
+    def guard(self, option):
+        """As ExecStartPre= and ExecStopPost= do; what it says."""
+        return subprocess.run([*AS_OF_A_UNIT, program("webots-process-guard"), option, self.runtime], capture_output=True, text=True, timeout=30).stderr
+
+    def operator_socket(self):
+        return os.path.join(self.runtime, f"simulation-{self.port}.sock")
+
+    def start(self):
+        self.guard("--pin-users")
+        super().start()
+
+    def close(self):
+        super().close()
+        self.guard("--unpin-users")
+        if os.path.isdir(self.runtime):
+            os.rmdir(self.runtime)

@@ -68,7 +68,7 @@ def is_alive(pid):
 
 def without_systemd(environment):
     """An environment that names no folders of a service that we may be."""
-    return {name: value for name, value in environment.items() if name != "STATE_DIRECTORY"}
+    return {name: value for name, value in environment.items() if name not in ("STATE_DIRECTORY", "RUNTIME_DIRECTORY")}
 
 
 def end(process):

@@ -6,6 +6,9 @@
 #include <webots_cloud/subordinate_users.hpp>
 
 #include <fcntl.h>
+#include <linux/nsfs.h>
+#include <sched.h>
+#include <sys/ioctl.h>
 #include <sys/poll.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -32,6 +35,7 @@ using std::chrono::steady_clock;
 constexpr auto start_limit = std::chrono::seconds(15); // of a machine that has much to do
 constexpr auto run_limit = std::chrono::minutes(1);
 constexpr std::size_t max_output = 4096;
+constexpr std::uint32_t pinned_users = 0x1'0000; // as guard/subordinate.cpp makes them
 
 Failure system_failure(std::string_view what)
 {
@@ -231,6 +235,19 @@ asio::awaitable<result<std::shared_ptr<SubordinateUsers>>> make_subordinate_user
     if (!made)
         co_return made.error();
     co_return std::make_shared<GuardsUsers>(std::move(guard), std::move(*made), count);
+}
+
+result<std::shared_ptr<SubordinateUsers>> open_pinned_users(fs::path guard, fs::path const& file)
+{
+    FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOFOLLOW | O_CLOEXEC));
+    if (!opened && errno == ENOENT)
+        return Failure(errc::not_found, file.string());
+    if (!opened)
+        return system_failure(file.native());
+    if (::ioctl(opened.get(), NS_GET_NSTYPE) != CLONE_NEWUSER)
+        return Failure(errc::start_failed, concat(file.string(), " is no user namespace"));
+    auto const shared = std::make_shared<FileDescriptor const>(std::move(opened));
+    return std::make_shared<GuardsUsers>(std::move(guard), shared, pinned_users);
 }
 
 } // namespace webots_cloud

@@ -29,6 +29,7 @@ constexpr auto mark = "WEBOTS_CLOUD_DOCTOR_FOR_ROOT";
 constexpr auto told_instance = "WEBOTS_CLOUD_DOCTOR_INSTANCE";
 constexpr auto systemd_limit = std::chrono::seconds(5);
 constexpr auto doctor_limit = std::chrono::seconds(20); // it takes ten at most, and has to be started
+constexpr std::string_view runtime_folder = "webots-cloud/doctor"; // that of the service is the service's
 // Root sees more of these: the firewall, and the parts of /proc that units hide.
 constexpr std::string_view seen_by_root_alone[] = {"clock", "firewall", "memory"};
 
@@ -48,6 +49,7 @@ std::vector<std::string> doctor_command(fs::path const& systemd_run, core::Servi
                                         fs::path const& config, std::string_view instance)
 {
     std::error_code failed;
+    auto const program = fs::read_symlink("/proc/self/exe", failed);
     std::vector<std::string> command{systemd_run.string(),
                                      "--quiet",
                                      "--collect",
@@ -57,8 +59,17 @@ std::vector<std::string> doctor_command(fs::path const& systemd_run, core::Servi
                                      concat("--setenv=", told_instance, "=", instance)};
     for (auto const& setting : unit.settings)
         command.push_back(concat("--property=", setting));
-    for (auto const& word : {fs::read_symlink("/proc/self/exe", failed).string(), std::string("--doctor"),
-                             std::string("--json"), fs::absolute(config, failed).string()})
+    if (unit.pins_users) {
+        auto const guard = program.parent_path() / "webots-process-guard";
+        command.push_back(concat("--property=RuntimeDirectory=", runtime_folder));
+        command.push_back("--property=RuntimeDirectoryMode=0700");
+        command.push_back(
+            concat("--property=ExecStartPre=-+", guard.string(), " --pin-users /run/", runtime_folder));
+        command.push_back(
+            concat("--property=ExecStopPost=-+", guard.string(), " --unpin-users /run/", runtime_folder));
+    }
+    for (auto const& word : {program.string(), std::string("--doctor"), std::string("--json"),
+                             fs::absolute(config, failed).string()})
         command.push_back(word);
     return command;
 }

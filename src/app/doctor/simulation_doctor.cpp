@@ -134,10 +134,14 @@ core::Finding attempt_finding(std::string_view subject, std::string_view key, st
     return core::judge_attempt(subject, key, reading);
 }
 
-core::Finding user_finding(app::ChosenUser const& chosen, std::vector<std::string> warnings)
+/// `user`: who runs simulations, `chosen` or, since the sandbox did not work so, another one.
+core::Finding user_finding(app::ChosenUser const& chosen, SimulationUser const& user,
+                           std::vector<std::string> warnings)
 {
+    if (auto const risk = app::shared_user_risk(chosen, user); !risk.empty())
+        warnings.push_back(concat("each of them ", risk));
     return attempt_finding("user", "\"simulationUser\"",
-                           concat("simulations run as ", app::describe_user(chosen, chosen.user)),
+                           concat("simulations run as ", app::describe_user(chosen, user)),
                            std::move(warnings));
 }
 
@@ -176,9 +180,10 @@ CheckWork check_walls(SimulationConfig config, fs::path programs, core::Simulato
         findings.push_back(core::judge_attempt("user", "\"simulationUser\"", user.error()));
         co_return findings;
     }
-    findings.push_back(user_finding(*user, remarks.take()));
+    auto const about_user = remarks.take();
     context.user = user->user;
     auto const sandbox = co_await app::choose_sandbox(config, context, *processes, clock, remarks.logger());
+    findings.push_back(user_finding(*user, sandbox ? sandbox->params.user : user->user, about_user));
     if (!sandbox) {
         findings.push_back(core::judge_attempt("sandbox", "\"sandbox\"", sandbox.error()));
         co_return findings;
@@ -270,7 +275,7 @@ Findings wall_findings(ChosenUser const& user, ChosenSandbox const& sandbox, Cho
         warnings.push_back(sandbox.warning);
     else if (sandbox.walls.sandbox.empty()) // as "sandbox" says
         warnings.emplace_back("each of them can read what this server can read (docs/sandboxes.md).");
-    return {isolation_finding(isolation_warning), user_finding(user, {}),
+    return {isolation_finding(isolation_warning), user_finding(user, sandbox.params.user, {}),
             attempt_finding("sandbox", "\"sandbox\"", sandbox.description, std::move(warnings)),
             attempt_finding("display", "\"display\"", display.description, {})};
 }

@@ -586,8 +586,9 @@ constexpr std::array simulation_walls{
     ConfigKey{.name = "simulationUser",
               .text =
                   "who runs simulations: `auto` (where the server is root, `webots-simulation` if there is "
-                  "such a user, else a number of its own for each; elsewhere a number of `/etc/subuid` for "
-                  "each, if the server's user has some), `subordinate` (the latter, or the server does not "
+                  "such a user, else a number of its own for each; elsewhere a number that the unit of "
+                  "its service has made, or of `/etc/subuid`, for each, if there are some), `subordinate` "
+                  "(the latter, or the server does not "
                   "start), the name of a user, or `none` (the server's own user), see "
                   "[docs/sandboxes.md](docs/sandboxes.md#another-user)",
               .standard = R"("auto")"},

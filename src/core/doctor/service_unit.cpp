@@ -59,6 +59,9 @@ ServiceUnit parse_service_unit(std::string_view text, std::string_view name)
         auto const value = trim(std::string_view(line).substr(equals + 1));
         if (key == "ExecStart")
             unit.command = value;
+        if (key == "ExecStartPre") // an empty one takes back those before
+            unit.pins_users =
+                !value.empty() && (unit.pins_users || value.find(" --pin-users ") != std::string_view::npos);
         if (is_of_its_life(key))
             continue;
         has_user = has_user || key == "User";

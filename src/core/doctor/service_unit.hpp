@@ -14,7 +14,8 @@ struct ServiceUnit
     /// `Name=value`, in their order, as `systemd-run --property` takes them: what the program finds around
     /// it, and not how it is started, watched and ended.
     std::vector<std::string> settings;
-    std::string command; ///< The last `ExecStart=`.
+    std::string command;     ///< The last `ExecStart=`.
+    bool pins_users = false; ///< Root makes users for its simulations before it starts.
 };
 
 /// `text`: what `systemctl cat` prints, with all drop-in files.   `name`: without `.service`.

@@ -82,6 +82,15 @@ std::uint32_t own_user_number(SimulationUser const& user, std::uint64_t turn, st
     return static_cast<std::uint32_t>(turn % own_turns) * ports + port + 1; // 0 is root in there
 }
 
+std::string_view shared_user_risk(SimulationUser const& user)
+{
+    if (user.is_other())
+        return {};
+    return "can take all that the kernel gives this server's user, epoll watches above all, so that this "
+           "server "
+           "accepts no connections any more (docs/sandboxes.md, \"Another user\").";
+}
+
 std::uint64_t effective_capabilities(std::string_view status)
 {
     constexpr std::string_view key = "CapEff:";

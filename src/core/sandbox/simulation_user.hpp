@@ -49,6 +49,10 @@ std::uint32_t own_user_number(std::uint64_t turn, std::uint16_t port);
 /// The same for a simulation of this user; in a user namespace, one of the namespace's numbers.
 std::uint32_t own_user_number(SimulationUser const& user, std::uint64_t turn, std::uint16_t port);
 
+/// What simulations that share the server's user may do to it; empty: they are other users. A sentence
+/// without its subject, which is "each of them".
+std::string_view shared_user_risk(SimulationUser const& user);
+
 /// `CapEff` of the text of `/proc/self/status`; 0: there is none.
 std::uint64_t effective_capabilities(std::string_view status);
 

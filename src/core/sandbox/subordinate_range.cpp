@@ -60,6 +60,14 @@ std::optional<Range> find(std::string_view text, SubordinateContext const& conte
 
 result<SubordinateRange> find_subordinate_range(SubordinateContext const& context)
 {
+    if (context.no_new_privs)
+        return Failure(errc::unavailable,
+                       concat("no_new_privs, as systemd's NoNewPrivileges= sets it, forbids newuidmap",
+                              context.pinned.empty()
+                                  ? std::string()
+                                  : concat(", and there is no ", context.pinned.string(),
+                                           ", which ExecStartPre= of our unit makes: take over that line, "
+                                           "or see in the journal of the service why it has failed")));
     if (context.name.empty())
         return Failure(errc::unavailable, concat("the server's user, number ", std::to_string(context.user),
                                                  ", has no name in /etc/passwd"));

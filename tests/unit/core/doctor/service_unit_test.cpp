@@ -45,6 +45,15 @@ BOOST_AUTO_TEST_CASE(how_it_is_started_watched_and_ended_is_left_out)
     BOOST_TEST(unit.command == "/usr/bin/x /etc/x.json");
 }
 
+BOOST_AUTO_TEST_CASE(a_unit_that_has_users_made_for_simulations_is_known)
+{
+    auto const pins = [](char const* text) { return parse_service_unit(text, "x").pins_users; };
+    BOOST_TEST(!pins("[Service]\nExecStartPre=/bin/true\n"));
+    BOOST_TEST(!pins("[Service]\nExecStopPost=+/usr/bin/guard --unpin-users /run/x\n"));
+    BOOST_TEST(pins("[Service]\nExecStartPre=-+/usr/bin/guard --pin-users %t/x\nExecStartPre=/bin/true\n"));
+    BOOST_TEST(!pins("[Service]\nExecStartPre=+/usr/bin/guard --pin-users %t/x\n[Service]\nExecStartPre=\n"));
+}
+
 BOOST_AUTO_TEST_CASE(drop_in_files_come_after_the_unit)
 {
     auto const unit = parse_service_unit("[Service]\nExecStart=/usr/bin/x /etc/x.json\n"

@@ -56,6 +56,16 @@ BOOST_AUTO_TEST_CASE(a_user_with_the_usual_name_is_taken)
     BOOST_TEST(user.name == "ada");
 }
 
+BOOST_AUTO_TEST_CASE(who_shares_the_servers_user_can_use_it_up)
+{
+    SimulationUser user;
+    BOOST_TEST(shared_user_risk(user).starts_with("can take all that the kernel gives this server's user"));
+    user.kind = Kind::one;
+    BOOST_TEST(shared_user_risk(user).empty());
+    user.kind = Kind::of_its_own;
+    BOOST_TEST(shared_user_risk(user).empty());
+}
+
 BOOST_AUTO_TEST_CASE(other_servers_run_simulations_as_themselves)
 {
     BOOST_TEST(!choose("auto", 1000, std::nullopt, 0).value().is_other());

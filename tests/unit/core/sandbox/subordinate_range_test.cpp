@@ -65,6 +65,22 @@ BOOST_AUTO_TEST_CASE(what_is_missing_is_said)
                "the server's user, number 1001, has no name in /etc/passwd");
 }
 
+BOOST_AUTO_TEST_CASE(a_service_without_new_privileges_is_told_what_its_unit_is_missing)
+{
+    SubordinateContext context;
+    context.name = "webots";
+    context.users = context.groups = "webots:100000:65536";
+    context.newuidmap = context.newgidmap = "/usr/bin/true";
+    BOOST_TEST(find_subordinate_range(context).has_value());
+    context.no_new_privs = true;
+    BOOST_TEST(find_subordinate_range(context).error().message() ==
+               "no_new_privs, as systemd's NoNewPrivileges= sets it, forbids newuidmap");
+    context.pinned = "/run/webots/users";
+    BOOST_TEST(find_subordinate_range(context).error().message().ends_with(
+        ", and there is no /run/webots/users, which ExecStartPre= of our unit makes: take over that line, or "
+        "see in the journal of the service why it has failed"));
+}
+
 BOOST_AUTO_TEST_CASE(lines_that_make_no_sense_are_passed_over)
 {
     for (std::string_view const line :
