@@ -580,6 +580,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto network = http_server_params(config.address.port, config.network);
     network.spare_descriptors +=
         descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
+    network.keeps_watches = !app::shared_user_risk(*user, sandbox->params.user).empty();
     auto const server = make_http_server(executor, std::move(network), log);
     hooks.more_metrics = [&server] { return app::http_server_metrics(server->statistics()); };
     auto const logs = make_simulation_logs(executor, logs_params(config), *clock, log);

@@ -171,6 +171,14 @@ def set_user_ids(folder):
     return found
 
 
+def taken_by_the_only_one(server):
+    """What has ended the greed of the simulation that runs."""
+    place = os.path.join(server.instances_folder(), server.instances()[0], "controllers", "attack", "taken")
+    wait_until(lambda: os.path.exists(place), lambda: f"it takes nothing:\n{log_of(server)}", 90)
+    with open(place) as file:
+        return json.load(file)
+
+
 class Attacked(Attack):
     """The attempts of simulation_user_test, and what only such users make hard."""
 
@@ -389,19 +397,12 @@ class OfAService(Attacked, unittest.TestCase):
     first = PINNED
 
     @classmethod
-    def operator_socket(cls):
-        return cls.server.operator_socket()
-
-    @classmethod
     async def attack_more(cls):
         """What its user may have of the kernel is not the server's: by then it has all of that."""
         async with Browser(cls.server) as browser:
             await browser.start(GREEDY)
             await browser.hear("webots:")
-            place = os.path.join(cls.server.instances_folder(), cls.server.instances()[0], "controllers", "attack", "taken")
-            wait_until(lambda: os.path.exists(place), lambda: f"it takes nothing:\n{log_of(cls.server)}", 90)
-            with open(place) as file:
-                cls.taken = json.load(file)
+            cls.taken = taken_by_the_only_one(cls.server)
             async with Browser(cls.server) as neighbour:
                 await neighbour.start(NEIGHBOUR)
                 cls.started_beside = await frame(await neighbour.hear("webots:"))
@@ -413,6 +414,13 @@ class OfAService(Attacked, unittest.TestCase):
         self.assertTrue(self.started_beside)
         self.assertNotIn(None, self.answers)
         self.assertNotIn("Can't accept a connection", log_of(self.server))
+
+
+class OfAServiceInBubblewrap(InBubblewrap):
+    """As its unit runs it where bubblewrap is installed."""
+
+    make_server = staticmethod(service_server)
+    first = PINNED
 
 
 class Pinned(unittest.TestCase):
@@ -520,6 +528,21 @@ class Choice(unittest.IsolatedAsyncioTestCase):
         user = next(each for each in json.loads(doctor.stdout)["findings"] if each["subject"] == "user")
         self.assertEqual(user["verdict"], "warning")
         self.assertIn("each of them can take all that the kernel gives this server's user", user["found"])
+
+    async def test_where_a_simulation_shares_the_servers_user_and_takes_all_watches_pages_are_served_from_a_reserve(self):
+        simulation = service_server()
+        self.addCleanup(simulation.close)
+        simulation.guard = lambda option: ""
+        simulation.start()
+        async with Browser(simulation) as browser:
+            await browser.start(GREEDY)
+            await browser.hear("webots:")
+            self.assertEqual(taken_by_the_only_one(simulation), "ENOSPC")
+            answers = [simulation.get("/load") for _ in range(100)]
+            self.assertIn("the server&#39;s own user", simulation.get("/monitor"))
+        self.assertNotIn(None, answers)
+        self.assertNotIn("Can't accept a connection", log_of(simulation))
+        simulation.wait_until_clean()
 
     async def test_the_operator_may_want_the_servers_own_user(self):
         with subordinate_server(simulationUser="none") as simulation:

@@ -50,6 +50,9 @@ struct HttpServerParams
     std::size_t max_connections = SIZE_MAX; ///< Fewer where the limit of open files is lower.
     std::size_t spare_descriptors =
         64; ///< Of the limit of open files, kept for everything that is no connection.
+    /// Some watches of epoll are kept for connections: for servers that share their user with programs of
+    /// strangers, who may take all others.
+    bool keeps_watches = false;
     Duration header_timeout =
         std::chrono::seconds(10); ///< For a TLS handshake, a request's headers, an answer to our close.
     Duration body_timeout = std::chrono::seconds(30);  ///< For a whole body.
@@ -81,7 +84,7 @@ struct HttpServerStatistics
     std::uint64_t requests = 0; ///< Whose headers were complete and good; WebSocket handshakes too.
     // Connections refused or ended by us
     std::uint64_t refused_address = 0; ///< Too many from one address.
-    std::uint64_t refused_no_room = 0; ///< No descriptor was left, and no connection could make room.
+    std::uint64_t refused_no_room = 0; ///< No descriptor or watch was left, and no connection made room.
     std::uint64_t made_room = 0;       ///< Silent ones closed so that others find a descriptor.
     std::uint64_t timed_out = 0;       ///< A deadline passed: silent, slow to ask or slow to take the answer.
     std::uint64_t tls_failures = 0;    ///< Handshakes that failed.

@@ -5,6 +5,7 @@
 #include <boost/asio/ip/v6_only.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -34,6 +35,7 @@ int take_descriptor()
 result<> Acceptor::open(tcp::endpoint const& where)
 {
     boost::system::error_code error;
+    protocol_ = where.protocol();
     acceptor_.open(where.protocol(), error);
     if (!error)
         acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
@@ -45,7 +47,7 @@ result<> Acceptor::open(tcp::endpoint const& where)
         (void)::setsockopt(acceptor_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent,
                            sizeof max_unsent);
     if (!error)
-        acceptor_.non_blocking(true, error); // for `accept_waiting`
+        acceptor_.native_non_blocking(true, error); // for `take`
     if (!error)
         acceptor_.listen(asio::socket_base::max_listen_connections, error);
     if (!error)
@@ -78,13 +80,26 @@ result<> Acceptor::listen(std::string const& address, std::uint16_t port)
     return opened;
 }
 
-std::optional<tcp::socket> Acceptor::accept_waiting()
+boost::system::error_code Acceptor::take(tcp::socket& socket)
 {
-    boost::system::error_code error;
-    tcp::socket socket = acceptor_.accept(error);
-    if (error)
-        return {};
-    return socket;
+    constexpr int max_tries = 64; // others may be faster than we are
+    FileDescriptor taken(
+        ::accept4(acceptor_.native_handle(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!taken)
+        return {errno, boost::system::system_category()};
+    boost::system::error_code error(ENOSPC, boost::system::system_category());
+    // While watches are short it is not tried in vain: Asio keeps memory for each socket that it could not
+    // watch.
+    bool is_tried = !watches_.is_short() || watches_.find_free();
+    for (int i = 0; is_tried && i < max_tries; ++i) {
+        socket.assign(protocol_, taken.get(), error);
+        if (error != boost::system::errc::no_space_on_device)
+            break;
+        is_tried = watches_.find_free();
+    }
+    if (!error)
+        (void)taken.release();
+    return error;
 }
 
 bool Acceptor::turn_away()

@@ -1,5 +1,7 @@
-// The listening socket of a server, and what to do when descriptors run out.
+// The listening socket of a server, and what to do when descriptors, or watches of epoll, run out.
 #pragma once
+
+#include "watch_reserve.hpp"
 
 #include <webots_cloud/error.hpp>
 
@@ -9,7 +11,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
 
 namespace webots_cloud::adapters {
@@ -23,11 +24,23 @@ public:
     /// Errors: `invalid_argument` when `address` is not numeric; `unavailable`, naming the port.
     result<> listen(std::string const& address, std::uint16_t port);
 
-    /// The next connection, as (error, socket).
-    auto accept() { return acceptor_.async_accept(boost::asio::as_tuple(boost::asio::deferred)); }
+    /// Until a connection waits to be taken, as (error).
+    auto wait()
+    {
+        return acceptor_.async_wait(boost::asio::ip::tcp::acceptor::wait_read,
+                                    boost::asio::as_tuple(boost::asio::deferred));
+    }
 
-    /// One that waits already. None: there is none, or `accept` will say what is wrong.
-    std::optional<boost::asio::ip::tcp::socket> accept_waiting();
+    /// Accepts the connection that has waited longest.
+    /// Errors: `would_block`: none waits; `no_space_on_device`: it is lost, since the event loop can't watch
+    /// it; all others leave it waiting.
+    boost::system::error_code take(boost::asio::ip::tcp::socket& socket);
+
+    /// Keeps watches in reserve for connections.
+    void keep_watches() { watches_.fill(); }
+
+    /// To be called now and then.
+    void renew_watches() { watches_.refill(); }
 
     /// Closes the connection that has waited longest, without an answer, when no descriptor is left for it:
     /// better than to let it wait in vain. False when that failed too.
@@ -42,6 +55,8 @@ private:
     result<> open(boost::asio::ip::tcp::endpoint const& where);
 
     boost::asio::ip::tcp::acceptor acceptor_;
+    boost::asio::ip::tcp protocol_ = boost::asio::ip::tcp::v6();
+    WatchReserve watches_;
     int reserve_ = -1; ///< A descriptor to let go of when there is no other.
 };
 

@@ -2,6 +2,7 @@
 #include "address_space.hpp"
 #include "async/cancellation.hpp"
 #include "async/task_count.hpp"
+#include "core/access/accept_failure.hpp"
 #include "core/text.hpp"
 #include "freed_memory.hpp"
 #include "http_connection.hpp"
@@ -29,7 +30,7 @@ using asio::ip::tcp;
 using core::concat;
 
 constexpr auto sweep_interval = std::chrono::seconds(1);
-constexpr int max_accepted_at_once = 64; // two milliseconds
+constexpr int accepted_at_once = 16; // before others have their turn
 constexpr auto accept_pause = std::chrono::milliseconds(20);
 constexpr auto complaint_interval = std::chrono::minutes(1);
 
@@ -88,7 +89,6 @@ private:
                                           Conversations::iterator conversation);
     asio::awaitable<void> stop();
     asio::awaitable<void> recover(boost::system::error_code failed);
-    void admit_all(tcp::socket first);
     void admit(tcp::socket socket);
     Conversations::iterator begin_conversation(HttpConnection& connection);
     void complain(std::string_view sentence);
@@ -146,10 +146,15 @@ result<> NetworkServer::listen()
         if (auto const loaded = certificate_->load(); !loaded)
             return loaded;
     }
-    max_connections_ =
-        std::min(params_.max_connections, adapters::affordable_connections(params_.spare_descriptors));
+    max_connections_ = std::min(
+        params_.max_connections,
+        adapters::affordable_connections(params_.spare_descriptors +
+                                         (params_.keeps_watches ? adapters::WatchReserve::descriptors : 0)));
     limit_.leave_room(max_connections_);
-    return acceptor_.listen(params_.address, params_.port);
+    auto listening = acceptor_.listen(params_.address, params_.port);
+    if (listening && params_.keeps_watches)
+        acceptor_.keep_watches();
+    return listening;
 }
 
 HttpServerStatistics NetworkServer::statistics() const
@@ -179,38 +184,34 @@ asio::awaitable<result<>> NetworkServer::run(Endpoint& endpoint)
 asio::awaitable<result<>> NetworkServer::accept()
 {
     for (;;) {
-        auto [error, socket] = co_await acceptor_.accept();
-        if (error && error != asio::error::operation_aborted)
+        auto [error] = co_await acceptor_.wait();
+        for (int i = 0; !error && i < accepted_at_once; ++i) {
+            tcp::socket socket(executor_);
+            error = acceptor_.take(socket);
+            if (!error)
+                admit(std::move(socket));
+        }
+        if (error && error != asio::error::would_block && error != asio::error::operation_aborted)
             co_await recover(error);
         bool const cancelled = co_await async::is_cancelled();
         if (cancelled || error == asio::error::operation_aborted)
             co_return Failure(asio::error::operation_aborted);
-        if (!error)
-            admit_all(std::move(socket));
     }
 }
 
-/// And those that wait behind it, so that nobody is lost in the kernel's line, and handshakes are fair.
-void NetworkServer::admit_all(tcp::socket first)
-{
-    admit(std::move(first));
-    for (int more = 1; more < max_accepted_at_once; ++more) {
-        auto next = acceptor_.accept_waiting();
-        if (!next)
-            return;
-        admit(std::move(*next));
-    }
-}
-
-/// After an accept that failed: the peer has gone already, or descriptors or memory have run out.
+/// After an accept that failed: the peer has gone already, or descriptors, watches or memory have run out.
 asio::awaitable<void> NetworkServer::recover(boost::system::error_code failed)
 {
-    if (failed == asio::error::connection_aborted)
+    if (failed == asio::error::connection_aborted || failed == asio::error::interrupted ||
+        failed == boost::system::errc::protocol_error)
         co_return;
-    complain(concat("Can't accept a connection: ", failed.message()));
+    complain(core::describe_accept_failure("a connection", failed.value()));
+    bool const is_lost = failed == boost::system::errc::no_space_on_device;
+    if (is_lost)
+        ++statistics_.refused_no_room;
     if (make_room())
         co_return;
-    if (acceptor_.turn_away())
+    if (!is_lost && acceptor_.turn_away())
         ++statistics_.refused_no_room;
     // Nothing can be freed at once: without a pause this would spin.
     asio::steady_timer timer(executor_, accept_pause);
@@ -336,6 +337,7 @@ void NetworkServer::sweep()
     tunnels_.check(now);
     if (certificate_)
         certificate_->renew();
+    acceptor_.renew_watches();
     sweeper_.expires_after(sweep_interval);
     sweeper_.async_wait([this](boost::system::error_code error) {
         if (!error)

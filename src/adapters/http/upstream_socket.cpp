@@ -32,6 +32,7 @@ Failure unreachable(boost::system::error_code error)
 {
     bool const is_ours = error == asio::error::no_descriptors ||
                          error == boost::system::errc::too_many_files_open_in_system ||
+                         error == boost::system::errc::no_space_on_device || // watches of epoll
                          error == asio::error::no_buffer_space || error == asio::error::no_memory;
     return Failure(is_ours ? errc::unavailable : errc::unreachable, error.message());
 }

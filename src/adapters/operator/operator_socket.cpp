@@ -2,6 +2,7 @@
 #include "adapters/http/http_response_text.hpp"
 #include "adapters/http/parse_message.hpp"
 #include "async/cancellation.hpp"
+#include "core/access/accept_failure.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/operator.hpp>
@@ -219,8 +220,9 @@ asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
         if (cancelled)
             break;
         if (error) { // no descriptor is left, say: that passes, and the server and its simulations go on
-            log_.warning(LogCause("operator's socket"),
-                         concat("Can't accept a connection to the operator's socket: ", error.message()));
+            log_.warning(
+                LogCause("operator's socket"),
+                core::describe_accept_failure("a connection to the operator's socket", error.value()));
             asio::steady_timer pause(acceptor_.get_executor(), pause_after_failure);
             (void)co_await pause.async_wait(asio::as_tuple(asio::use_awaitable));
             cancelled = co_await async::is_cancelled();

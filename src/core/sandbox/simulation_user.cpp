@@ -86,9 +86,8 @@ std::string_view shared_user_risk(SimulationUser const& user)
 {
     if (user.is_other())
         return {};
-    return "can take all that the kernel gives this server's user, epoll watches above all, so that this "
-           "server "
-           "accepts no connections any more (docs/sandboxes.md, \"Another user\").";
+    return "can take all that the kernel gives this server's user, epoll watches above all: then it "
+           "starts no simulations, and may accept no connections (docs/sandboxes.md, \"Another user\").";
 }
 
 std::uint64_t effective_capabilities(std::string_view status)
