@@ -540,6 +540,9 @@ class Choice(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(taken_by_the_only_one(simulation), "ENOSPC")
             answers = [simulation.get("/load") for _ in range(100)]
             self.assertIn("the server&#39;s own user", simulation.get("/monitor"))
+            async with Browser(simulation) as another:
+                await another.start(NEIGHBOUR)
+                self.assertIn("Unable to start Webots: other programs of the server's user have all watches (epoll)", await another.hear("loading: Error:"))
         self.assertNotIn(None, answers)
         self.assertNotIn("Can't accept a connection", log_of(simulation))
         simulation.wait_until_clean()

@@ -14,14 +14,15 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/connect_pipe.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/readable_pipe.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/writable_pipe.hpp>
 #include <boost/process/v2/process.hpp>
 
+#include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -41,7 +42,6 @@ namespace {
 
 namespace asio = boost::asio;
 namespace process = boost::process::v2;
-using asio::ip::tcp;
 using core::concat;
 
 constexpr std::size_t read_size = 16 * 1024;
@@ -334,14 +334,49 @@ void GuardedProcess::terminate() noexcept
     wake_calls_->start();
 }
 
-/// A bound port that refuses connections.
+/// Why a process can't be spoken with.
+Failure no_pipe(boost::system::error_code error)
+{
+    if (error == boost::system::errc::no_space_on_device)
+        return {errc::start_failed,
+                "other programs of the server's user have all watches (epoll) that the kernel gives it"};
+    return {errc::start_failed, concat("no pipe: ", error.message())};
+}
+
+/// The process as one whose end the event loop hears of.
+result<process::process> watched(asio::any_io_executor const& executor, pid_t id)
+{
+    adapters::FileDescriptor handle(static_cast<int>(::syscall(SYS_pidfd_open, id, 0)));
+    try {
+        process::process made(executor, id, handle.get());
+        (void)handle.release();
+        return made;
+    } catch (boost::system::system_error const& failure) {
+        return no_pipe(failure.code());
+    }
+}
+
+/// Waits for the end of a process.
+struct Reap
+{
+    bool operator()() const
+    {
+        while (::waitpid(id, nullptr, 0) < 0 && errno == EINTR)
+            continue;
+        return true;
+    }
+
+    pid_t id = -1;
+};
+
+/// A bound port that refuses connections. Nobody waits for it, and so it takes no watch of the event loop's.
 class BoundPort final : public PortHold
 {
 public:
-    explicit BoundPort(tcp::acceptor socket) : socket_(std::move(socket)) {}
+    explicit BoundPort(adapters::FileDescriptor socket) : socket_(std::move(socket)) {}
 
 private:
-    tcp::acceptor socket_;
+    adapters::FileDescriptor socket_;
 };
 
 class LocalProcessHost final : public ProcessHost
@@ -514,7 +549,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     if (!error && ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         error.assign(errno, boost::system::system_category());
     if (error)
-        co_return Failure(errc::start_failed, concat("no pipe: ", error.message()));
+        co_return no_pipe(error);
     adapters::FileDescriptor control(ends[0]);
     adapters::FileDescriptor const control_end(ends[1]);
 
@@ -533,33 +568,37 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         co_return Failure(errc::start_failed,
                           concat(spec.argv.front(), " can't be started: ",
                                  std::error_code(failure, std::generic_category()).message()));
-    process::process guard(executor_, id);
-    co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(control), std::move(output),
+    auto guard = watched(executor_, id);
+    if (!guard) {
+        control = adapters::FileDescriptor(); // end-of-file: it ends
+        Reap reap{id};
+        co_await pool_.run(std::move(reap));
+        co_return guard.error();
+    }
+    co_return std::make_unique<GuardedProcess>(std::move(*guard), std::move(control), std::move(output),
                                                inspection_, spec.network, spec.limits, std::move(group),
                                                graphics_);
 }
 
 result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)
 {
-    boost::system::error_code error;
-    tcp::acceptor socket(executor_);
-    socket.open(tcp::v4(), error);
-    // With the address reusable, ports in TIME_WAIT count as free, as they are for the simulator.
-    if (!error)
-        socket.set_option(tcp::acceptor::reuse_address(true), error);
-    if (!error)
-        socket.bind({asio::ip::address_v4::any(), port}, error);
-    // Other sockets with SO_REUSEADDR, which all servers set, could still bind the port, unless this one
-    // listens or has a port that is not reusable. So it listens until the option is off again; then it is
-    // shut down, so that it accepts no connection that nobody would answer.
-    if (!error)
-        socket.listen(1, error);
-    if (!error)
-        socket.set_option(tcp::acceptor::reuse_address(false), error);
-    if (!error && ::shutdown(socket.native_handle(), SHUT_RD) != 0)
-        error.assign(errno, boost::system::system_category());
-    if (error)
-        return Failure(errc::unavailable, concat("port ", std::to_string(port), ": ", error.message()));
+    constexpr int on = 1;
+    constexpr int off = 0;
+    sockaddr_in any{};
+    any.sin_family = AF_INET;
+    any.sin_port = htons(port);
+    adapters::FileDescriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    int const number = socket.get();
+    // With the address reusable, ports in TIME_WAIT count as free, as they are for the simulator. Other
+    // sockets with SO_REUSEADDR, which all servers set, could still bind the port, unless this one listens or
+    // has a port that is not reusable. So it listens until the option is off again; then it is shut down, so
+    // that it accepts no connection that nobody would answer.
+    if (!socket || ::setsockopt(number, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
+        ::bind(number, reinterpret_cast<sockaddr const*>(&any), sizeof any) != 0 ||
+        ::listen(number, 1) != 0 || ::setsockopt(number, SOL_SOCKET, SO_REUSEADDR, &off, sizeof off) != 0 ||
+        ::shutdown(number, SHUT_RD) != 0)
+        return Failure(errc::unavailable, concat("port ", std::to_string(port), ": ",
+                                                 std::error_code(errno, std::generic_category()).message()));
     return std::make_unique<BoundPort>(std::move(socket));
 }
 
