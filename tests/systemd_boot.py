@@ -25,18 +25,25 @@ def systemctl(*arguments):
     return subprocess.run(["systemctl", *arguments], check=True, capture_output=True, text=True, timeout=60).stdout.strip()
 
 
+def user_of(process):
+    with open(f"/proc/{process}/status") as status:  # the file of a process that nobody may trace is root's
+        return next(int(line.split()[1]) for line in status if line.startswith("Uid:"))
+
+
 def owned_by(user):
     """Living processes of a user."""
     found = []
     for entry in os.listdir("/proc"):
         with contextlib.suppress(OSError):
-            if not entry.isdigit():
-                continue
-            with open(f"/proc/{entry}/status") as status:  # the file of a process that nobody may trace is root's
-                owner = next(int(line.split()[1]) for line in status if line.startswith("Uid:"))
-            if owner == user and is_alive(int(entry)):
+            if entry.isdigit() and user_of(entry) == user and is_alive(int(entry)):
                 found.append(int(entry))
     return found
+
+
+def pinned():
+    """Files to which user namespaces are pinned."""
+    with open("/proc/self/mountinfo") as mounts:
+        return [line.split()[4] for line in mounts if line.split()[3].startswith("user:")]
 
 
 class Unit:
@@ -197,12 +204,69 @@ class Units(unittest.IsolatedAsyncioTestCase):
             for name in ("pid", "user", "mnt", "net"):
                 server, of_guard, of_simulator = (os.readlink(f"/proc/{process}/ns/{name}")
                                                   for process in (self.simulation.main, guard, simulator))
-                self.assertEqual(of_guard, server)
-                self.assertNotEqual(of_simulator, server)
+                (self.assertNotEqual if name == "user" else self.assertEqual)(of_guard, server)
+                self.assertNotIn(of_simulator, (server, of_guard))
             self.assertIn("bwrap", named)
             self.assertIn("slirp4netns", named)
             self.assertIn(self.simulation.address, self.session.get("/monitor"))
         wait_until(lambda: not self.simulation.simulators(), "processes of the simulation are left")
+
+    async def check_has_users_of(self, name):
+        """A simulation runs as a number that the unit gives to those of this user."""
+        async with Browser(self.simulation) as browser:
+            await self.start(browser)
+            users = {user_of(process) for process in self.simulation.simulators()}
+        own = pwd.getpwnam(name).pw_uid
+        first = 0x74000000 + own % 1024 * 65536
+        self.assertEqual([user for user in users if user != own], [first + 2001], users)  # its port
+        wait_until(lambda: not self.simulation.simulators(), "processes of the simulation are left")
+
+    async def test_each_simulation_has_a_user_of_its_own_and_that_goes_with_the_service(self):
+        await self.check_has_users_of("webots-cloud")
+        self.assertIn("; another user for each simulation", self.simulation.get("/monitor"))
+        self.assertEqual(pinned(), ["/run/webots-cloud/simulation.users"])
+        main = self.simulation.main
+        os.kill(main, signal.SIGKILL)
+        self.simulation.wait_for_another_than(main)
+        self.assertEqual(pinned(), ["/run/webots-cloud/simulation.users"])
+        await self.check_has_users_of("webots-cloud")
+        systemctl("stop", self.simulation.name)
+        self.assertEqual(pinned(), [])
+        self.assertEqual([name for name in os.listdir("/run/webots-cloud") if name.startswith("simulation")], [])
+
+    async def test_a_service_of_another_user_has_users_too(self):
+        subprocess.run(["useradd", "--create-home", "teacher"], check=True)
+        self.addCleanup(subprocess.run, ["userdel", "--remove", "teacher"], check=True, capture_output=True)
+        self.addCleanup(systemctl, "stop", self.simulation.name)
+        self.simulation.override("User=teacher")
+        self.simulation.restart()
+        await self.check_has_users_of("teacher")
+
+    async def test_where_they_can_not_be_made_the_server_runs_and_says_so(self):
+        before = self.simulation.logged()
+        self.simulation.override("ExecStartPre=", "ExecStartPre=-+/bin/false")
+        self.simulation.restart()
+        async with Browser(self.simulation) as browser:
+            await self.start(browser)
+            own = pwd.getpwnam("webots-cloud").pw_uid
+            self.assertEqual({user_of(process) for process in self.simulation.simulators()}, {own})
+        self.assertIn("Simulations run as this server's own user. For other users: no_new_privs", self.simulation.logged()[len(before):])
+        self.assertEqual(self.examined("user")["verdict"], "warning")
+
+    def examined(self, subject):
+        """What root's doctor says of it."""
+        done = subprocess.run(["/usr/local/bin/webots-simulation-server", "--doctor", "--json", self.simulation.config], capture_output=True,
+                              text=True, timeout=60)
+        return {each["subject"]: each for each in json.loads(done.stdout)["findings"]}[subject]
+
+    def test_the_doctor_of_the_service_has_users_too_and_leaves_none(self):
+        for is_running in (True, False):
+            with self.subTest(is_running=is_running):
+                found = self.examined("user")
+                self.assertEqual((found["verdict"], found["found"]), ("ok", "simulations run as another user for each simulation"))
+                self.assertEqual(pinned(), ["/run/webots-cloud/simulation.users"] if is_running else [])
+                self.assertEqual([name for name in os.listdir("/run/webots-cloud") if name.startswith("doctor")], [])
+                systemctl("stop", self.simulation.name)
 
     async def test_a_project_is_fetched_with_git(self):
         with GitServer() as git:
@@ -285,7 +349,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
     def test_what_the_filter_forbids_is_refused_and_kills_nobody(self):
         for unit in self.both:
             with self.subTest(unit.name):
-                unit.override("ExecStartPre=/bin/sh -c 'touch mine; chown 0 mine; echo $$? > status'")
+                unit.override("ExecStartPre=/bin/sh -c 'date --set=now; echo $$? > status'")
                 unit.restart()
                 with open(os.path.join(unit.folder, "status")) as file:
                     self.assertEqual(file.read(), "1\n")

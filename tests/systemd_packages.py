@@ -104,6 +104,7 @@ class Packages(unittest.IsolatedAsyncioTestCase):
                 found = {each["subject"]: each for each in json.loads(done.stdout)["findings"]}
                 self.assertEqual(found["service"]["verdict"], "ok", found)
                 self.assertRegex(found["public address"]["found"], r"/livez leads here$")
+        self.assertEqual(found["user"]["found"], "simulations run as another user for each simulation")  # of the simulation server
 
     async def test_a_simulation_is_started_by_way_of_the_session_server_as_the_page_does(self):
         self.session.configure(loadThreshold=1000)  # the machine that runs the tests may be busy
