@@ -118,7 +118,7 @@ def hacking():
             (r'1,000 random sequences', number('tests/integration/torture_test.py', 'SEQUENCES')),
             (r'10,000\s+cycles', number('tests/integration/torture_test.py', 'CYCLES')),
             (r'with 20,000 inputs', number('tests/fuzz/fuzz_test.py', 'RUNS')),
-            (r'31 of 31 passed', sum(len(re.findall(r'^    (?:async )?def test_', (ROOT / f'tests/{name}.py').read_text(), re.M))
+            (r'35 of 35 passed', sum(len(re.findall(r'^    (?:async )?def test_', (ROOT / f'tests/{name}.py').read_text(), re.M))
                                      for name in ('systemd_boot', 'systemd_packages')))):
         if f'{figure:,}' not in (re.findall(sentence, text) or [''])[0]:
             found.append(f'HACKING.md: "{sentence}" is not so: {figure:,}')
