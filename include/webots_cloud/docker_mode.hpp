@@ -89,15 +89,6 @@ struct ContainerPlan
     std::vector<std::string> notes;         ///< Sentences for the browser, shown while it waits.
 };
 
-/// What a simulation has written outside of its folder.
-struct WrittenElsewhere
-{
-    WrittenElsewhere() = default;
-
-    std::uint64_t bytes = 0;
-    std::vector<std::filesystem::path> folders; ///< What lies in these comes on top.
-};
-
 /// Docker on this machine. A live object: await `run()` as long as it is used.
 ///
 /// Lifetime: everything passed by reference must outlive it.
@@ -133,9 +124,10 @@ public:
     /// Forgets a project that was prepared and could not be started.
     void forget(std::string const& project) noexcept;
 
-    /// What the containers of a project have written into their file systems and volumes, as docker has
-    /// counted it in the last ten seconds. Nothing where docker does not answer.
-    boost::asio::awaitable<WrittenElsewhere> written(std::string project);
+    /// The bytes that the containers of a project have written into their file systems and volumes, as docker
+    /// has counted them in the last ten seconds, or, where it takes long to count, not so often. 0 where it
+    /// does not answer.
+    boost::asio::awaitable<std::uint64_t> written(std::string project);
 
     /// Removes whatever is left of a project that was prepared and has ended, and old images.
     boost::asio::awaitable<void> clear(std::string project);

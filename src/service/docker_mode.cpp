@@ -14,6 +14,7 @@
 
 #include <boost/asio/this_coro.hpp>
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <set>
@@ -25,13 +26,13 @@ using core::concat;
 
 namespace {
 
-// Docker walks through the files of a container to count them.
+// Docker walks through the files of containers, and of all volumes, to count them.
 constexpr auto between_counts = std::chrono::seconds(10);
 
 /// What was counted, and when to count again.
 struct Counted
 {
-    WrittenElsewhere written;
+    std::uint64_t bytes = 0;
     TimePoint due;
 };
 
@@ -47,7 +48,7 @@ struct DockerMode::Impl
     {}
 
     ContainerPlan plan(LaunchSpec const& spec, ContainerProject project) const;
-    asio::awaitable<WrittenElsewhere> count(std::string const& project);
+    asio::awaitable<std::uint64_t> count(std::string const& project);
     asio::awaitable<result<>> clean();
     asio::awaitable<void> remove_owed();
 
@@ -162,35 +163,33 @@ ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject pr
     return plan;
 }
 
-asio::awaitable<WrittenElsewhere> DockerMode::Impl::count(std::string const& project)
+asio::awaitable<std::uint64_t> DockerMode::Impl::count(std::string const& project)
 {
-    WrittenElsewhere written;
     auto list = core::list_container_sizes(project);
     auto const listing = co_await commands.docker(std::move(list));
     auto const sizes = core::parse_container_sizes(listing ? *listing : std::string());
-    written.bytes = sizes.bytes;
     if (sizes.volumes.empty())
-        co_return written;
-    auto ask = core::list_volume_folders(sizes.volumes);
-    auto const answer = co_await commands.docker(std::move(ask));
-    auto const folders = answer ? *answer : std::string();
-    for (auto const line : core::split(folders, '\n'))
-        if (line.starts_with('/'))
-            written.folders.emplace_back(line);
-    co_return written;
+        co_return sizes.bytes;
+    auto list_volumes = core::list_volume_sizes();
+    auto const volumes = co_await commands.docker(std::move(list_volumes));
+    co_return sizes.bytes + core::volume_bytes(volumes ? *volumes : std::string(), sizes.volumes);
 }
 
-asio::awaitable<WrittenElsewhere> DockerMode::written(std::string project)
+asio::awaitable<std::uint64_t> DockerMode::written(std::string project)
 {
     auto const known = impl_->counted.find(project);
-    if (known != impl_->counted.end() && impl_->clock.now() < known->second.due)
-        co_return known->second.written;
-    impl_->counted[project].due = impl_->clock.now() + between_counts;
-    auto const written = co_await impl_->count(project);
+    auto const began = impl_->clock.now();
+    if (known != impl_->counted.end() && began < known->second.due)
+        co_return known->second.bytes;
+    impl_->counted[project].due = began + between_counts;
+    auto const bytes = co_await impl_->count(project);
+    auto const now = impl_->clock.now();
     auto const still = impl_->counted.find(project); // it may have been cleared meanwhile
-    if (still != impl_->counted.end())
-        still->second.written = written;
-    co_return written;
+    if (still != impl_->counted.end()) {
+        still->second.bytes = bytes;
+        still->second.due = std::max<TimePoint>(began + between_counts, now + 10 * (now - began));
+    }
+    co_return bytes;
 }
 
 void DockerMode::forget(std::string const& project) noexcept

@@ -21,7 +21,7 @@ public:
 
     asio::awaitable<void> clear(ContainerPlan const& plan) override { return docker_.clear(plan.project); }
 
-    asio::awaitable<WrittenElsewhere> written_elsewhere(ContainerPlan const& plan) override
+    asio::awaitable<std::uint64_t> written_elsewhere(ContainerPlan const& plan) override
     {
         return docker_.written(plan.project);
     }

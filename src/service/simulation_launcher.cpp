@@ -137,10 +137,7 @@ public:
         return plan_.job.empty() ? process_->usage() : known_usage(job_usage_);
     }
 
-    asio::awaitable<WrittenElsewhere> written_elsewhere() override
-    {
-        return runtime_.written_elsewhere(plan_);
-    }
+    asio::awaitable<std::uint64_t> written_elsewhere() override { return runtime_.written_elsewhere(plan_); }
 
 private:
     TimePoint next_deadline() const;

@@ -131,13 +131,8 @@ asio::awaitable<void> SimulationSession::look_at_folder(FolderMeter& meter)
     auto use = co_await meter.measure(std::move(directory), limits.disk);
     if (!simulation_)
         co_return;
-    auto elsewhere = co_await simulation_->written_elsewhere();
-    use.bytes += elsewhere.bytes;
-    for (auto& folder : elsewhere.folders) {
-        auto const more = co_await meter.measure(std::move(folder), limits.disk);
-        use.bytes += more.bytes;
-        use.too_many_files = use.too_many_files || more.too_many_files;
-    }
+    auto const elsewhere = co_await simulation_->written_elsewhere();
+    use.bytes += elsewhere;
     auto const now = context_.clock.now();
     // A tenth of the time of one thread; more only while there is little room for others.
     bool const is_urgent = use.free_bytes < 2 * limits.disk;

@@ -50,13 +50,10 @@ public:
     /// Cancellation: none.
     virtual boost::asio::awaitable<void> clear(ContainerPlan const& plan) = 0;
 
-    /// What the simulator has written outside of the instance directory.
+    /// The bytes that the simulator has written outside of the instance directory.
     ///
     /// Cancellation: none.
-    virtual boost::asio::awaitable<WrittenElsewhere> written_elsewhere(ContainerPlan const&)
-    {
-        co_return WrittenElsewhere();
-    }
+    virtual boost::asio::awaitable<std::uint64_t> written_elsewhere(ContainerPlan const&) { co_return 0; }
 
     virtual PrintedLine read(std::string_view line, ContainerPlan const& plan) const = 0;
 

@@ -53,11 +53,20 @@ ContainerSizes parse_container_sizes(std::string_view listing)
     return sizes;
 }
 
-std::vector<std::string> list_volume_folders(std::vector<std::string> const& volumes)
+std::vector<std::string> list_volume_sizes()
 {
-    std::vector<std::string> arguments{"volume", "inspect", "--format", "{{.Mountpoint}}"};
-    arguments.insert(arguments.end(), volumes.begin(), volumes.end());
-    return arguments;
+    return {"system", "df", "--verbose", "--format", "{{range .Volumes}}{{.Name}}\t{{.Size}}\n{{end}}"};
+}
+
+std::uint64_t volume_bytes(std::string_view listing, std::vector<std::string> const& volumes)
+{
+    std::uint64_t bytes = 0;
+    for (auto const line : split(listing, '\n')) {
+        auto const fields = split(line, '\t');
+        if (fields.size() == 2 && std::find(volumes.begin(), volumes.end(), fields[0]) != volumes.end())
+            bytes += bytes_of(fields[1]);
+    }
+    return bytes;
 }
 
 } // namespace webots_cloud::core

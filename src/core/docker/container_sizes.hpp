@@ -23,7 +23,11 @@ std::vector<std::string> list_container_sizes(std::string_view project);
 /// Docker rounds: the sum may be off by half a percent.
 ContainerSizes parse_container_sizes(std::string_view listing);
 
-/// The arguments of docker that print the folders of volumes, a line each.
-std::vector<std::string> list_volume_folders(std::vector<std::string> const& volumes);
+/// The arguments of docker that list all volumes of the machine, as `volume_bytes` reads them: it can't list
+/// the sizes of some.
+std::vector<std::string> list_volume_sizes();
+
+/// What lies in these volumes together.
+std::uint64_t volume_bytes(std::string_view listing, std::vector<std::string> const& volumes);
 
 } // namespace webots_cloud::core
