@@ -428,7 +428,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                         self.assertTrue(next_one.told[-1].startswith("loading: Error: Unable to start Webots: "), next_one.told)
                         self.assertIn("Docker", next_one.told[-1])
                 finally:
-                    await asyncio.to_thread(docker.start)
+                    docker.start()  # in this thread, since it ends with the one that has started it
             self.check_clean(simulation)
 
     def kill_server_and_guards(self, simulation):
