@@ -197,6 +197,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 wait_until(lambda: self.containers_of("controller"), "there is no controller")
                 for service in ("webots", "controller"):
                     host = self.inspect(service)["HostConfig"]
+                    self.assertEqual(host["LogConfig"]["Config"], {"max-size": "1m", "max-file": "2"}, "what it prints fills no disk")
                     self.assertEqual(host["CapDrop"], ["ALL"], service)
                     self.assertIn("no-new-privileges:true", host["SecurityOpt"], service)
                 mounts = {each["Destination"]: each["Type"] for each in self.inspect("webots")["Mounts"]}

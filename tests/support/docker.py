@@ -14,7 +14,7 @@ import tempfile
 import unittest
 
 from .processes import Startable, end_with_parent
-from .servers import end, wait_until
+from .servers import end, is_alive, wait_until
 
 # Debian's programs, whatever else is on the machine.
 PATH = "/usr/sbin:/usr/bin:/sbin:/bin:/usr/local/sbin:/usr/local/bin"
@@ -91,8 +91,13 @@ class DockerDaemon(Startable):
 
     def crash(self):
         """Ends it without a word; `start` starts it again."""
+        number = f"{self.folder}/exec/containerd/containerd.pid"
+        with open(number) as file:
+            containerd = int(file.read())
         self.process.kill()
         self.process.wait()
+        wait_until(lambda: not is_alive(containerd), "containerd lives on")
+        os.unlink(number)  # a dockerd that finds it while nobody has waited for that process takes it for running
 
     def last_words(self):
         with open(f"{self.folder}/log", errors="replace") as log:
@@ -106,7 +111,8 @@ class DockerDaemon(Startable):
         """The output of a docker command."""
         done = self.attempt(*arguments)
         if done.returncode != 0:
-            raise AssertionError(f"docker {' '.join(arguments)}: {done.stderr}")
+            ended = f" (dockerd has ended with {self.process.returncode}: {self.last_words()})" if self.process.poll() is not None else ""
+            raise AssertionError(f"docker {' '.join(arguments)}: {done.stderr}{ended}")
         return done.stdout
 
     def import_image(self, name, files, programs):

@@ -12,6 +12,9 @@ constexpr std::string_view display_folder = "/tmp/.X11-unix";
 constexpr std::string_view editor = "theia";
 // The participant's program in a competition, which speaks with the simulator through files.
 constexpr std::string_view controller = "controller";
+// Docker keeps what a container prints in a file of its own, without a limit unless there is one.
+constexpr std::string_view log_limit =
+    "    logging:\n      driver: json-file\n      options: {max-size: 1m, max-file: \"2\"}\n";
 
 std::size_t indentation(std::string_view line)
 {
@@ -155,6 +158,8 @@ std::string walls_file(std::string_view compose_file, ContainerWalls const& wall
         if (walls.own_display && name == simulator_service)
             text.append("    init: true\n");
         text.append(limit_lines(walls.limits));
+        if (walls.limits.disk > 0 && lines.find("logging:") == std::string::npos)
+            text.append(log_limit);
         if (lines.find(display_folder) != std::string::npos)
             text.append(display_lines(walls.display_socket));
     }

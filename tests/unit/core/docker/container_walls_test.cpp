@@ -166,18 +166,24 @@ BOOST_AUTO_TEST_CASE(each_service_gets_the_limits_of_a_simulation)
     walls.limits.processes = 50;
     walls.limits.files = 100;
     walls.limits.disk = 4'000'000;
-    BOOST_TEST(walls_file("services:\n  webots:\n    image: x\n", walls) == "\nservices:\n"
-                                                                            "  webots:\n"
-                                                                            "    cap_drop: [ALL]\n"
-                                                                            "    security_opt:\n"
-                                                                            "      - no-new-privileges:true\n"
-                                                                            "    mem_limit: 2000000\n"
-                                                                            "    memswap_limit: 2000000\n"
-                                                                            "    cpus: 1.5\n"
-                                                                            "    pids_limit: 50\n"
-                                                                            "    ulimits:\n"
-                                                                            "      nofile: 100\n"
-                                                                            "      fsize: 4000000\n");
+    BOOST_TEST(walls_file("services:\n  webots:\n    image: x\n", walls) ==
+               "\nservices:\n"
+               "  webots:\n"
+               "    cap_drop: [ALL]\n"
+               "    security_opt:\n"
+               "      - no-new-privileges:true\n"
+               "    mem_limit: 2000000\n"
+               "    memswap_limit: 2000000\n"
+               "    cpus: 1.5\n"
+               "    pids_limit: 50\n"
+               "    ulimits:\n"
+               "      nofile: 100\n"
+               "      fsize: 4000000\n"
+               "    logging:\n"
+               "      driver: json-file\n"
+               "      options: {max-size: 1m, max-file: \"2\"}\n");
+    constexpr char const* own_log = "services:\n  webots:\n    logging:\n      driver: syslog\n";
+    BOOST_TEST(walls_file(own_log, walls).find("logging") == std::string::npos);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
