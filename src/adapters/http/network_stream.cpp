@@ -125,22 +125,22 @@ asio::awaitable<Error> NetworkStream::await_hello()
     constexpr int max_record = 16 * 1024;
     std::array<unsigned char, 5> head{};
     int needed = static_cast<int>(head.size());
-    for (bool const whole : {false, true}) {
-        Error ignored;
+    Error ignored;
+    for (bool is_length_known = false;;) {
         socket_.set_option(ReceiveLowWatermark(needed), ignored);
         auto const [error] = co_await socket_.async_wait(Direction::wait_read, as_result);
         if (error)
             co_return error;
-        if (whole)
-            break;
-        auto const size = ::recv(socket_.native_handle(), head.data(), head.size(), MSG_PEEK);
+        auto const size = ::recv(socket_.native_handle(), head.data(), head.size(), MSG_PEEK | MSG_DONTWAIT);
+        if (size < 0 && last_error() == asio::error::would_block)
+            continue; // Asio may take what happened to an earlier socket for this one's
         if (size <= 0)
-            co_return asio::error::eof;
-        if (size < needed || head[0] != handshake_record)
+            co_return size == 0 ? Error(asio::error::eof) : last_error();
+        if (is_length_known || size < needed || head[0] != handshake_record)
             break;
         needed += std::min(head[3] << 8 | head[4], max_record);
+        is_length_known = true;
     }
-    Error ignored;
     socket_.set_option(ReceiveLowWatermark(1), ignored);
     co_return Error();
 }
