@@ -21,7 +21,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 sys.path.insert(0, os.path.dirname(__file__))
 from simulation_user_test import ATTACK, OUTSIDE, WORLD, Attack, users_of  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
-from support.other_user import AS_OF_A_UNIT, FIRST, NOBODY, PINNED, RANGE, OwnedServer, ServiceServer, as_nobody_with_numbers, require_subordinate_users  # noqa: E402
+from support.other_user import AS_OF_A_UNIT, FIRST, GREEDY_USER, NOBODY, PINNED, RANGE, OwnedServer, ServiceServer, as_nobody_with_numbers, require_subordinate_users  # noqa: E402
 from support.projects import demo_project  # noqa: E402
 from support.servers import SimulationServer, is_alive, main, program, wait_until  # noqa: E402
 
@@ -118,8 +118,8 @@ def subordinate_server(lines=RANGE, mask="022", **keys):
     return with_projects(OwnedServer(NOBODY, as_nobody_with_numbers(lines, mask), True, **common(keys)))
 
 
-def service_server(mask="022", **keys):
-    return with_projects(ServiceServer(mask, **common(keys)))
+def service_server(mask="022", user=NOBODY, **keys):
+    return with_projects(ServiceServer(mask, user, **common(keys)))
 
 
 def common(keys):
@@ -530,7 +530,7 @@ class Choice(unittest.IsolatedAsyncioTestCase):
         self.assertIn("each of them can take all that the kernel gives this server's user", user["found"])
 
     async def test_where_a_simulation_shares_the_servers_user_and_takes_all_watches_pages_are_served_from_a_reserve(self):
-        simulation = service_server()
+        simulation = service_server(user=GREEDY_USER)
         self.addCleanup(simulation.close)
         simulation.guard = lambda option: ""
         simulation.start()

@@ -10,6 +10,7 @@ from .browser_client import LOCAL
 from .servers import SimulationServer, program
 
 NOBODY = 65534
+GREEDY_USER = 65532  # whoever uses up what the kernel gives a user, while other tests run as nobody
 PROGRAMS = ("webots-simulation-server", "webots-process-guard", "webots-demo-simulator")
 # In a user namespace of its own a test may forbid itself to make others, without effect outside.
 WITHOUT_NAMESPACES = ("unshare", "--user", "--map-root-user", "sh", "-c",
@@ -98,11 +99,11 @@ class OwnedServer(SimulationServer):
 class ServiceServer(OwnedServer):
     """As the unit of config/systemd runs it: root has made users for its simulations, and the server may gain no privileges."""
 
-    def __init__(self, mask="022", **config):
-        super().__init__(NOBODY, ("sh", "-c", f'umask {mask} && exec setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups --no-new-privs '
+    def __init__(self, mask="022", user=NOBODY, **config):
+        super().__init__(user, ("sh", "-c", f'umask {mask} && exec setpriv --reuid {user} --regid {user} --clear-groups --no-new-privs '
                                   '--bounding-set=-all --inh-caps=-all "$@"', "sh"), True, **config)
         self.runtime = tempfile.mkdtemp(prefix="webots-runtime-")
-        os.chown(self.runtime, NOBODY, NOBODY)
+        os.chown(self.runtime, user, user)
         self.environment["RUNTIME_DIRECTORY"] = self.runtime
 
     def guard(self, option):
