@@ -1,6 +1,8 @@
 // Whether the system still gives this process memory.
 #pragma once
 
+#include "adapters/files/file_descriptor.hpp"
+
 #include <cstddef>
 #include <fcntl.h>
 #include <malloc.h>
@@ -41,12 +43,9 @@ private:
     static std::size_t used()
     {
         std::array<char, 64> text{};
-        int const file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
-        if (file < 0 || ::read(file, text.data(), text.size() - 1) <= 0) {
-            ::close(file);
+        FileDescriptor const file(::open("/proc/self/statm", O_RDONLY | O_CLOEXEC));
+        if (!file || ::read(file.get(), text.data(), text.size() - 1) <= 0)
             return 0;
-        }
-        ::close(file);
         return std::strtoull(text.data(), nullptr, 10) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     }
 

@@ -49,6 +49,8 @@ NetworkStream::NetworkStream(asio::ip::tcp::socket socket, SSL_CTX* tls) : socke
     socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
     if (tls && SSL_CTX_up_ref(tls) == 1)
         context_.reset(tls);
+    else if (tls) // it must not be spoken with in plain text
+        socket_.close(ignored);
 }
 
 void NetworkStream::encrypt(TlsConnection tls) noexcept

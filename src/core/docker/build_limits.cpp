@@ -1,6 +1,7 @@
 #include "build_limits.hpp"
 
 #include "core/text.hpp"
+#include "labels.hpp"
 
 #include <algorithm>
 
@@ -15,9 +16,9 @@ std::vector<std::string> watch_starts(std::string_view identity, WallTime since)
             "--filter",
             "event=start",
             "--filter",
-            concat("label=webots_cloud.server=", identity),
+            concat("label=", server_label, "=", identity),
             "--format",
-            "{{.ID}}\t{{json (index .Actor.Attributes \"com.docker.compose.project\")}}"};
+            concat("{{.ID}}\t{{json (index .Actor.Attributes \"", project_label, "\")}}")};
 }
 
 std::optional<std::string> build_step(std::string_view line)

@@ -2,6 +2,7 @@
 
 #include "characters.hpp"
 #include "core/text.hpp"
+#include "labels.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -30,7 +31,7 @@ std::vector<std::string> list_container_sizes(std::string_view project)
 {
     return {"ps",         "--all",
             "--no-trunc", "--size",
-            "--filter",   concat("label=com.docker.compose.project=", project),
+            "--filter",   concat("label=", project_label, "=", project),
             "--format",   "{{.Size}}\t{{.Mounts}}"};
 }
 

@@ -1,6 +1,7 @@
 #include "docker_leftovers.hpp"
 
 #include "core/text.hpp"
+#include "labels.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -191,7 +192,7 @@ std::vector<std::string> list_builds(std::string_view identity)
             "--filter",
             "dangling=true",
             "--filter",
-            concat("label=webots_cloud.server=", identity),
+            concat("label=", server_label, "=", identity),
             "--format",
             std::string(build_format)};
 }

@@ -6,6 +6,7 @@
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
+#include "labels.hpp"
 
 #include <webots_cloud/transport/http.hpp>
 
@@ -154,7 +155,7 @@ std::string with_extern_participant(std::string_view world)
 
 std::string with_last_step(std::string_view dockerfile, std::string_view server)
 {
-    return concat(dockerfile, "\nLABEL webots_cloud.server=", server, "\n");
+    return concat(dockerfile, "\nLABEL ", server_label, "=", server, "\n");
 }
 
 std::string compose_project(std::string_view identity, std::string_view label, std::string_view token)

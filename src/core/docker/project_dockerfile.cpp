@@ -2,6 +2,7 @@
 
 #include "characters.hpp"
 #include "core/text.hpp"
+#include "labels.hpp"
 
 #include <algorithm>
 #include <array>
@@ -205,8 +206,8 @@ result<> Reader::add(Instruction const& instruction)
         return checked;
     written_.text.append(concat(name, " ", text, "\n"));
     if (name == "FROM" || name == "LABEL")
-        written_.text.append(concat("LABEL webots_cloud.server=", terms_.server,
-                                    " com.docker.compose.project=\"\" com.docker.compose.service=\"\"\n"));
+        written_.text.append(concat("LABEL ", server_label, "=", terms_.server, " ", project_label,
+                                    "=\"\" com.docker.compose.service=\"\"\n"));
     return {};
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 using namespace webots_cloud;
 
@@ -25,39 +26,47 @@ asio::awaitable<void> shake(Handshakes& handshakes, std::string client, std::str
     steps += client;
 }
 
-/// Another connection, which always has something to do.
-void serve(asio::io_context& context, std::string& steps)
+/// An event loop, and a client that shakes hands on fifty connections.
+struct FiftyHandshakes
 {
-    steps += '.';
-    if (steps.size() < 200)
-        asio::post(context, [&] { serve(context, steps); });
-}
+    FiftyHandshakes()
+    {
+        for (int connection = 0; connection < 50; ++connection)
+            begin("a");
+    }
+
+    void begin(std::string client)
+    {
+        asio::co_spawn(context, shake(handshakes, std::move(client), steps), asio::detached);
+    }
+
+    /// Another connection, which always has something to do.
+    void serve()
+    {
+        steps += '.';
+        if (steps.size() < 200)
+            asio::post(context, [this] { serve(); });
+    }
+
+    asio::io_context context{1};
+    adapters::AddressSpace memory;
+    Handshakes handshakes{context.get_executor(), memory};
+    std::string steps;
+};
 
 } // namespace
 
-BOOST_AUTO_TEST_CASE(between_two_steps_the_event_loop_serves_others)
+BOOST_FIXTURE_TEST_CASE(between_two_steps_the_event_loop_serves_others, FiftyHandshakes)
 {
-    asio::io_context context(1);
-    adapters::AddressSpace memory;
-    Handshakes handshakes(context.get_executor(), memory);
-    std::string steps;
-    for (int connection = 0; connection < 50; ++connection)
-        asio::co_spawn(context, shake(handshakes, "a", steps), asio::detached);
-    asio::post(context, [&] { serve(context, steps); });
+    asio::post(context, [this] { serve(); });
     context.run();
     BOOST_TEST(std::count(steps.begin(), steps.end(), 'a') == 50);
     BOOST_TEST(steps.find("aa") == std::string::npos);
 }
 
-BOOST_AUTO_TEST_CASE(a_client_of_one_connection_does_not_wait_for_one_of_fifty)
+BOOST_FIXTURE_TEST_CASE(a_client_of_one_connection_does_not_wait_for_one_of_fifty, FiftyHandshakes)
 {
-    asio::io_context context(1);
-    adapters::AddressSpace memory;
-    Handshakes handshakes(context.get_executor(), memory);
-    std::string steps;
-    for (int connection = 0; connection < 50; ++connection)
-        asio::co_spawn(context, shake(handshakes, "a", steps), asio::detached);
-    asio::co_spawn(context, shake(handshakes, "b", steps), asio::detached);
+    begin("b");
     context.run();
     BOOST_TEST(steps.size() == 51u);
     BOOST_TEST(steps.find('b') <= 1u);
