@@ -273,9 +273,9 @@ struct SimulationConfig
     Duration timeout = std::chrono::hours(2); ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration extendable{}; ///< In seconds: by how much browsers may extend `timeout`, in all.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
-    Duration reconnect_grace{}; ///< `reconnectGrace`, in seconds: how long a lost browser may return.
-    /// The same for browsers that say that they return. Without the key they may, and others may not.
-    Duration return_grace = std::chrono::seconds(30);
+    /// `reconnectGrace`, in seconds: how long a lost browser may return. Absent: 30 seconds for pages that
+    /// say that they return, and no time for others.
+    std::optional<Duration> reconnect_grace;
     std::filesystem::path log_dir = "log"; ///< `logDir`
     bool debug = false;                    ///< `debug`: log to standard output instead of the file.
     bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
@@ -283,8 +283,8 @@ struct SimulationConfig
     std::string description;               ///< `description`
     Duration simulation_log_keep =
         std::chrono::hours(24 * 7); ///< `simulationLogDays`, in days; 0: none is written.
-    bool monitor_log = true; ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
-    bool strict_load = true; ///< `loadFormula`: `strict` or `reference`.
+    bool monitor_log = true;     ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
+    bool reference_load = false; ///< `loadFormula`: `reference`, not `strict`.
 };
 
 /// A configuration and what an operator should know about it.

@@ -30,9 +30,7 @@ using Reload = std::function<result<Configured<Config>>()>;
 
 /// Runs a session server until cancelled.
 ///
-/// SIGHUP applies everything but `port`, `logDir`, `debug`, `logFormat`, `sslCertificate`, `sslKey`,
-/// `caFile`, `connectionsPerAddress`, `pingTimeout`, `trustedProxies`, `operatorSocket` and
-/// `placementTimeout`; browsers stay connected.
+/// SIGHUP applies the keys that docs/configuration.md marks so; browsers stay connected.
 ///
 /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
 /// Thread-safety: one executor, on one thread.
@@ -41,9 +39,8 @@ boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor exe
 
 /// Runs a simulation server until cancelled; then every simulation is ended first.
 ///
-/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `simulationsPerAddress`,
-/// `trafficLimit`, `title`, `description` and `AccessConfig`, but for `operatorSocket`; registries are told
-/// of the first and the third.
+/// SIGHUP applies the keys that docs/configuration.md marks so; simulations go on, and registries are told of
+/// a new `allowedRepositories` and `shareIdleTime`.
 ///
 /// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
 ///

@@ -1,7 +1,7 @@
 // Signal handlers of a running server: SIGHUP reloads the configuration, SIGUSR1 drains.
 #pragma once
 
-#include "core/config/config_changes.hpp"
+#include "core/config/config_reload.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/config.hpp>
@@ -27,21 +27,21 @@ boost::asio::awaitable<result<Configured<Config>>> read_again(Reload<Config> con
     co_return reload();
 }
 
-/// At each SIGHUP, has `reload` read the configuration, on another thread, and passes it to `apply`. If it is
-/// invalid, or `apply` refuses it, that is logged and the old one stays in use: parts that `apply` has
-/// changed by then get the old one again. Ends when cancelled, but not while `reload` reads.
+/// At each SIGHUP, has `reload` read the configuration, on another thread, and passes `apply` the one in
+/// force with what the table of keys says may change while the server runs. If it is invalid, or `apply`
+/// refuses it, that is logged and the old one stays in use: parts that `apply` has changed by then get the
+/// old one again. Ends when cancelled, but not while `reload` reads.
 ///
-/// `running` is the configuration of the start: a key that needs a restart and differs from its value there
-/// is named in the log at each SIGHUP. Without `reload` SIGHUP is left alone.
+/// `in_force` is the configuration of the start at first: a key that needs a restart and differs from its
+/// value there is named in the log at each SIGHUP. Without `reload` SIGHUP is left alone.
 template<class Config>
 boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor executor, Reload<Config> reload,
-                                             Config const& running,
-                                             std::function<result<>(Config const&)> apply, Logger log)
+                                             Config in_force, std::function<result<>(Config const&)> apply,
+                                             Logger log)
 {
     boost::asio::signal_set signals(executor);
     if (reload)
         signals.add(SIGHUP);
-    auto in_force = running;
     boost::asio::thread_pool reading(1); // its destructor waits for what it reads
     co_await boost::asio::this_coro::throw_if_cancelled(false);
     for (;;) {
@@ -55,7 +55,10 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
         auto const state = co_await boost::asio::this_coro::cancellation_state;
         if (state.cancelled() != boost::asio::cancellation_type::none)
             co_return Failure(boost::asio::error::operation_aborted);
-        auto const applied = configured ? apply(configured->config) : result<>(configured.error());
+        auto next = in_force;
+        auto const changes =
+            configured ? core::take_reloaded(next, configured->config) : core::ConfigChanges();
+        auto const applied = configured ? apply(next) : result<>(configured.error());
         if (!applied) {
             if (configured)
                 (void)apply(in_force);
@@ -66,11 +69,13 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
         }
         for (auto const& warning : configured->warnings)
             log.warning(warning);
-        in_force = configured->config;
-        log.info("The configuration was read again");
-        if (auto const keys = core::keys_for_restart(running, configured->config); !keys.empty())
+        in_force = std::move(next);
+        log.info(changes.applied.empty() ? "The configuration was read again"
+                                         : core::concat("The configuration was read again. Applied: ",
+                                                        core::join(changes.applied, ", ")));
+        if (!changes.waiting.empty())
             log.warning(core::concat("These keys have changed, and take effect at the next start: ",
-                                     core::join(keys, ", ")));
+                                     core::join(changes.waiting, ", ")));
     }
 }
 

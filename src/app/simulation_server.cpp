@@ -372,11 +372,11 @@ SimulationServiceParams service_params(SimulationConfig const& config, Simulatio
     params.traffic_limit = config.traffic_limit;
     params.notify = config.notify;
     params.walls = walls;
-    params.strict_load = config.strict_load;
+    params.strict_load = !config.reference_load;
     params.title = config.title;
     params.description = config.description;
-    params.reconnect_grace = config.reconnect_grace;
-    params.return_grace = config.return_grace;
+    params.reconnect_grace = config.reconnect_grace.value_or(Duration::zero());
+    params.return_grace = config.reconnect_grace.value_or(std::chrono::seconds(30));
     params.notice = std::move(notice);
     return params;
 }
@@ -625,7 +625,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         auto const next_token_check = app::operator_token_check(next.access);
         if (!next_token_check)
             return next_token_check.error();
-        access.apply(app::access_params(config.address.host, next.access), *next_token_check);
+        access.apply(app::access_params(next.address.host, next.access), *next_token_check);
         tell_outside_projects(next, walls, log);
         service.apply(service_params(next, walls, choice->notice));
         registration.apply(registration_params(next));

@@ -19,7 +19,7 @@ where a configuration has `"$schema": "../session.schema.json"` or `"../simulati
 `SIGHUP` the log names the changed keys that wait for it. In paths, `~` and `$NAME` are replaced from the environment. Megabytes and gigabytes
 are 2^20 and 2^30 bytes.
 
-This page is generated; the texts are in `src/core/config/config_keys.cpp`.
+This page is generated; the texts are in the tables of `src/core/config`.
 """
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Checks tables and lists of ARCHITECTURE.md and HACKING.md against the tree: the public headers of each target, the files of
 `src/service`, the files that write `/metrics`, the rooms of the unit tests, which files may start threads; the labels of tests, the codes
-of failures, the classes that can be reconfigured, and figures of tests."""
+of failures, and figures of tests."""
 import re
 import sys
 from pathlib import Path
@@ -89,18 +89,6 @@ def failures_of(source):
     return dict(re.findall(r'errc::(\w+),\s+"(\w+)"', body))
 
 
-def reconfigured():
-    """Classes of the public headers that have an `apply`."""
-    found = set()
-    for path in (ROOT / 'include/webots_cloud').glob('*.hpp'):
-        owner = ''
-        for line in path.read_text().split('\n'):
-            owner = (re.findall(r'^class (\w+)', line) or [owner])[0]
-            if re.search(r'^\s+\S.*\bapply\(', line) and '///' not in line:
-                found.add(owner)
-    return found
-
-
 def number(path, name):
     return int(re.search(rf'^{name} = ([\d_]+)', (ROOT / path).read_text(), re.M).group(1))
 
@@ -111,9 +99,6 @@ def hacking():
     said, is_so = failures_said(text), failures_of((ROOT / 'src/core/simulation/start_figures.cpp').read_text())
     said = {code: label for code, label in said.items() if label != 'other'}
     found += differences('labels of failures', set(said.items()), set(is_so.items()))
-    have_one = re.search(r'`SessionContext`.*?((?:`\w+`[^`]*?)+)\bhave an\s+`apply`', text, re.S).group(1)
-    found += differences('classes with an apply', {c for c in QUOTED.findall(have_one) if '::' not in c and c[0].isupper()} - {'apply'},
-                         reconfigured())
     for sentence, figure in (
             (r'1,000 random sequences', number('tests/integration/torture_test.py', 'SEQUENCES')),
             (r'10,000\s+cycles', number('tests/integration/torture_test.py', 'CYCLES')),

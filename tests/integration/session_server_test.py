@@ -137,7 +137,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                 session.reread(loadThreshold=70, mailServerPort=second.port, logDir="elsewhere", scheduling="random", placementTimeout=30,
                                decisionsForAll=True)
                 self.assertEqual(await asyncio.wait_for(browser.recv(), 30), "1")
-            keys = "These keys have changed, and take effect at the next start: logDir, placementTimeout\n"
+            keys = "These keys have changed, and take effect at the next start: placementTimeout, logDir\n"
             wait_until(lambda: "The configuration was read again" in session.log() and keys in session.log(), "the log lines")
             self.assertEqual(session.get("/session"), f"ws://{machine.address}")
             self.assertEqual(json.loads(session.get("/api/decisions"))["decisions"][0]["policy"], "random")

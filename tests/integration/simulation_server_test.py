@@ -392,7 +392,7 @@ class Operations(unittest.IsolatedAsyncioTestCase):
                 processes = sorted(simulation.simulators())
                 simulation.reread(allowedRepositories=[], title="Lab 7", port=simulation.port + 1)
                 wait_until(lambda: "These keys have changed, and take effect at the next start: port\n" in simulation.log(), "read again")
-                self.assertIn("The configuration was read again\n", simulation.log())
+                self.assertIn("The configuration was read again. Applied: allowedRepositories, title\n", simulation.log())
                 self.assertTrue((await self.start(simulation)).startswith("loading: Error: Docker not enabled: "))
                 broken_configuration()
                 wait_until(lambda: "The configuration stays as it was: " in simulation.log(), "the broken file is named")

@@ -1,13 +1,16 @@
-// Every key of the configurations, described once: what the reader accepts, `--help KEY`, the JSON Schemas in
-// config/ and docs/configuration.md all come from here.
+// Every key of the configurations, described once: what the reader accepts, which member keeps the value,
+// what SIGHUP does, `--help KEY`, the JSON Schemas in config/ and docs/configuration.md all come from here.
 #pragma once
 
-#include <limits>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 namespace webots_cloud::core {
+
+class ConfigReader;
+struct ConfigKey;
 
 enum class KeyType
 {
@@ -26,16 +29,39 @@ enum class KeyType
     unused        ///< Accepted since old files have it, and not used.
 };
 
+/// How the value of a key is kept: `member` and the like in key_value.hpp make it of a pointer to a member.
+/// All functions take the struct that has the member.
+struct KeyValue
+{
+    KeyType type = KeyType::text;
+    /// Which struct has the member: the address of its `owner_tag`. Null: no member keeps the value.
+    void const* owner = nullptr;
+    /// Reads the value. Null: the value has a shape of its own, and the parser of the configuration reads it.
+    void (*read)(ConfigReader& reader, ConfigKey const& key, void* owner) = nullptr;
+    bool (*equal)(void const* left, void const* right) = nullptr;
+    void (*copy)(void const* from, void* to) = nullptr;
+    /// What a new struct has, as JSON; empty where that is nothing, as no text or no path. Null: as empty.
+    std::string (*standard)(ConfigKey const& key) = nullptr;
+};
+
+/// Tells structs that keep values from each other.
+template<class Owner>
+inline constexpr char owner_tag = 0;
+
 /// A key of a configuration. All texts are Markdown, with links relative to the root of the tree.
 struct ConfigKey
 {
     std::string_view name = {};
-    KeyType type = KeyType::text;
-    std::string_view text = {};     ///< What it is for, without a full stop.
-    std::string_view standard = {}; ///< The default as JSON. Empty: `absent` says what holds without the key.
-    std::string_view absent = "none";
-    std::string_view unit = {}; ///< Of a number, as in "seconds".
-    double min = 0;             ///< Of a number.
+    KeyValue value = {};
+    std::string_view text = {}; ///< What it is for, without a full stop.
+    /// The default as JSON, where a file without the key means something else than a new struct.
+    std::string_view standard = {};
+    /// What holds without the key, in words, where its default says nothing to people.
+    std::string_view absent = {};
+    /// Of a number, as in "seconds". Durations, and bytes of which people write megabytes, are kept
+    /// converted.
+    std::string_view unit = {};
+    double min = 0; ///< Of a number.
     double max = 0;
     double least = 0; ///< A number is 0 or at least so much; 0: there is no such gap.
     std::span<std::string_view const> choices = {};
@@ -44,6 +70,10 @@ struct ConfigKey
     std::string_view alias = {}; ///< An older name of the same key.
     std::span<ConfigKey const> keys = {};
 };
+
+/// The default as JSON; empty when `default_in_words` has to say what holds without the key.
+std::string default_as_json(ConfigKey const& key);
+std::string_view default_in_words(ConfigKey const& key) noexcept;
 
 /// Keys that are about the same thing, as documents list them.
 struct ConfigTopic

@@ -133,7 +133,7 @@ ConfigKey const& ConfigReader::described(std::string_view key) const
     for (auto const* candidate : keys_)
         if (candidate->name == key || (!key.empty() && candidate->alias == key))
             return *candidate;
-    throw std::logic_error(concat("config_keys.cpp has no key ", key));
+    throw std::logic_error(concat("no table has the key ", key));
 }
 
 JsonPlace const& ConfigReader::place_of(std::string_view key) const
@@ -151,7 +151,8 @@ void ConfigReader::fail(std::size_t offset, std::string_view what)
 
 void ConfigReader::refuse(std::string_view key, std::string_view wanted)
 {
-    auto const found = described(key).type == KeyType::secret ? "something else" : describe(object_.at(key));
+    auto const found =
+        described(key).value.type == KeyType::secret ? "something else" : describe(object_.at(key));
     fail(place_of(key).value, concat("key \"", key, "\": expected ", wanted, ", found ", found));
 }
 
@@ -179,8 +180,8 @@ json::value const* ConfigReader::find(std::string_view key)
 
 json::value const* ConfigReader::find(std::string_view key, std::initializer_list<KeyType> types)
 {
-    if (std::ranges::find(types, described(key).type) == types.end())
-        throw std::logic_error(concat("config_keys.cpp has another type for ", key));
+    if (std::ranges::find(types, described(key).value.type) == types.end())
+        throw std::logic_error(concat("the table has another type for ", key));
     return find(key);
 }
 
@@ -190,7 +191,7 @@ void ConfigReader::read(std::string_view key, std::string& value)
     if (found && is_plain(*found))
         value = found->get_string();
     else if (found)
-        refuse(key, found->is_string() || described(key).type == KeyType::secret
+        refuse(key, found->is_string() || described(key).value.type == KeyType::secret
                         ? "a string without control characters"
                         : "a string");
 }
@@ -293,6 +294,16 @@ void ConfigReader::read_choice(std::string_view key, std::string& value)
     refuse(key, wanted);
 }
 
+void ConfigReader::read_members(void const* tag, void* owner)
+{
+    for (auto const* key : keys_) {
+        if (key->value.owner && key->value.owner != tag)
+            throw std::logic_error(concat("another struct has the key ", key->name));
+        if (key->value.read)
+            key->value.read(*this, *key, owner);
+    }
+}
+
 ConfigReader ConfigReader::entry(std::string_view key, std::size_t number, json::object const& object) const
 {
     auto const& entries = place_of(key).entries;
@@ -334,7 +345,7 @@ void ConfigReader::check_all_are_read() const
     for (auto const* key : keys_)
         for (auto const name : {key->name, key->alias})
             if (!name.empty() && std::ranges::find(read_, name) == read_.end())
-                throw std::logic_error(concat("nobody reads the key ", name, " of config_keys.cpp"));
+                throw std::logic_error(concat("nobody reads the key ", name));
 }
 
 bool ConfigReader::is_refused(std::string_view key) const

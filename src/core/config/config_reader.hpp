@@ -37,6 +37,14 @@ public:
 
     bool has(std::string_view key) const { return object_.contains(key); }
 
+    /// Reads every key that a member of `owner` keeps (`KeyValue::read`). The table has to be the one of that
+    /// struct.
+    template<class Owner>
+    void read_members(Owner& owner)
+    {
+        read_members(&owner_tag<Owner>, &owner);
+    }
+
     // Each leaves `value` alone when the key is absent. Strings and paths have no control characters: they
     // end up in requests, headers, command lines, environments and file names. Ranges and choices are those
     // of the table.
@@ -93,6 +101,7 @@ private:
 
     ConfigReader() = default;
 
+    void read_members(void const* tag, void* owner);
     ConfigReader part(std::string_view key, boost::json::object const& object, JsonPlace const& place,
                       std::string context) const;
     std::string line(Remark const& remark, TextPlaces& places) const;

@@ -32,12 +32,12 @@ json::object range(double min, double max)
 json::object type_of(ConfigKey const& key)
 {
     json::object const strings{{"type", "array"}, {"items", {{"type", "string"}}}};
-    switch (key.type) {
+    switch (key.value.type) {
     case KeyType::boolean:
         return {{"type", "boolean"}};
     case KeyType::integer:
     case KeyType::number: {
-        json::object schema{{"type", key.type == KeyType::integer ? "integer" : "number"}};
+        json::object schema{{"type", key.value.type == KeyType::integer ? "integer" : "number"}};
         if (key.least > 0)
             schema["anyOf"] = json::array{json::object{{"const", 0}}, range(key.least, key.max)};
         else
@@ -78,10 +78,10 @@ json::object schema_of(ConfigKey const& key)
 {
     json::object schema = type_of(key);
     schema["description"] = key.text;
-    if (!key.standard.empty())
-        schema["default"] = json::parse(key.standard);
+    if (auto const standard = default_as_json(key); !standard.empty())
+        schema["default"] = json::parse(standard);
     else if (!key.required)
-        schema["x-default"] = key.absent;
+        schema["x-default"] = default_in_words(key);
     if (!key.unit.empty())
         schema["x-unit"] = key.unit;
     schema["x-reloaded"] = key.reloaded;
@@ -176,9 +176,9 @@ std::string type_text(ConfigKey const& key)
 {
     auto const unit = key.unit.empty() ? std::string() : concat(" (", key.unit, ")");
     auto const span = concat(
-        key.least > 0 ? "0, or " : "", key.type == KeyType::integer ? "an integer" : "a number", " from ",
-        number_text(key.least > 0 ? key.least : key.min), " to ", number_text(key.max), unit);
-    switch (key.type) {
+        key.least > 0 ? "0, or " : "", key.value.type == KeyType::integer ? "an integer" : "a number",
+        " from ", number_text(key.least > 0 ? key.least : key.min), " to ", number_text(key.max), unit);
+    switch (key.value.type) {
     case KeyType::boolean:
         return "true or false";
     case KeyType::integer:
@@ -266,12 +266,12 @@ std::string key_page(std::string_view name, std::span<ConfigTopic const> topics,
     wrap(page, concat(plain(key->text), "."), "  ");
     page += "\n";
     wrap(page, concat("Value: ", type_text(*key), "."), "  ");
-    auto const standard = key->required           ? std::string("none, the key is required")
-                          : key->standard.empty() ? plain(key->absent)
-                                                  : std::string(key->standard);
+    auto const json = default_as_json(*key);
+    auto const standard = key->required  ? std::string("none, the key is required")
+                          : json.empty() ? plain(default_in_words(*key))
+                                         : json;
     wrap(page,
-         concat("Default: ", standard,
-                key->standard.empty() || key->unit.empty() ? "" : concat(" ", key->unit), "."),
+         concat("Default: ", standard, json.empty() || key->unit.empty() ? "" : concat(" ", key->unit), "."),
          "  ");
     wrap(page, key->reloaded ? "SIGHUP applies a change." : "A change takes effect at the next start.", "  ");
     page += "\n";

@@ -1,6 +1,6 @@
 #include <webots_cloud/config.hpp>
 
-#include "common_keys.hpp"
+#include "config_rules.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/ip_address.hpp"
@@ -38,7 +38,6 @@ bool is_server_entry(std::string_view text)
 /// How the session server itself reaches machines that are found.
 void read_way_inside(ConfigReader& inner, ServerSpec& server)
 {
-    inner.read("internal", server.internal_address);
     std::string ports;
     inner.read("ports", ports);
     if (inner.has("ports"))
@@ -63,7 +62,6 @@ void read_internal_address(ConfigReader& inner, ServerSpec& server)
 {
     if (stands_for_found(server.address))
         return read_way_inside(inner, server);
-    inner.read("internal", server.internal_address);
     auto const machine = core::parse_internal_address(server.internal_address);
     if (inner.has("internal") && !machine)
         inner.refuse("internal", "a numeric address and a port, as in \"10.0.0.2:2000\", or for TLS "
@@ -93,10 +91,7 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
             reader.refuse_entry(key, number, entry, address);
     } else if (auto const* object = entry.if_object()) {
         auto inner = reader.entry(key, number, *object);
-        inner.read("address", server.address);
-        inner.read_number("weight", server.weight);
-        inner.read("drain", server.drain);
-        inner.read("labels", server.labels);
+        inner.read_members(server);
         check_labels(inner, server.labels);
         read_internal_address(inner, server);
         if (!inner.has("address"))
@@ -111,15 +106,12 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
 }
 
 /// Machines that are not listed: found by name, or announced by themselves.
-void read_discovery(ConfigReader& reader, SessionConfig& config)
+void check_discovery(ConfigReader& reader, SessionConfig const& config)
 {
-    reader.read("announcements", config.announcements);
     if (config.announcements && !reader.has("sessionSecret"))
         reader.require("sessionSecret",
                        "the file of a word that machines know, since they may announce themselves "
                        "(\"announcements\")");
-    reader.read("discoverLoopback", config.discover_loopback);
-    reader.read("nameServers", config.name_servers);
     auto const is_name_server = [](std::string const& server) {
         auto const with_port = parse_internal_address(server);
         return IpAddress::parse(server) || (with_port && !with_port->tls);
@@ -191,14 +183,15 @@ void refuse_vain_entries(ConfigReader& reader, SessionConfig const& config)
     }
 }
 
-void read_gateway(ConfigReader& reader, SessionConfig& config)
+/// By default there is a gateway where an entry says how machines are reached inside.
+void complete_gateway(ConfigReader& reader, SessionConfig& config)
 {
     auto& servers = config.simulation_servers;
-    config.gateway = std::any_of(servers.begin(), servers.end(), [](ServerSpec const& server) {
-        return !server.internal_address.empty() &&
-               (core::public_port(server.address) != 0 || stands_for_found(server.address));
-    });
-    reader.read("gateway", config.gateway);
+    if (!reader.has("gateway"))
+        config.gateway = std::any_of(servers.begin(), servers.end(), [](ServerSpec const& server) {
+            return !server.internal_address.empty() &&
+                   (core::public_port(server.address) != 0 || stands_for_found(server.address));
+        });
     refuse_vain_entries(reader, config);
     if (!config.gateway)
         return require_internal_addresses(reader, servers);
@@ -227,37 +220,15 @@ void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
     }
 }
 
-void read_session_budget(ConfigReader& reader, SessionConfig& config)
+void check_teacher_password(ConfigReader& reader, SessionConfig const& config)
 {
-    reader.read_integer("sessionBurst", config.session_burst);
-    reader.read_number("sessionRate", config.session_rate);
-}
-
-void read_relay(ConfigReader& reader, SessionConfig& config)
-{
-    reader.read("relay", config.relay);
-    reader.read_integer("waitingRoom", config.waiting_room);
-}
-
-void read_teacher_password(ConfigReader& reader, SessionConfig& config)
-{
-    reader.read("teacherPassword", config.teacher_password);
-    reader.read("teacherPasswordFile", config.teacher_password_file);
     if (!config.teacher_password.empty() && !config.teacher_password_file.empty())
         reader.refuse("teacherPasswordFile", "no such key beside \"teacherPassword\": one of the two");
 }
 
 /// Empty counts as absent: operators switch mails off like that.
-void read_mail(ConfigReader& reader, SessionConfig& config)
+void complete_mail(ConfigReader& reader, SessionConfig& config)
 {
-    reader.read_text("administrator", config.administrator);
-    reader.read_text("mailServer", config.mail_server);
-    int port = config.mail_server_port;
-    reader.read_integer("mailServerPort", port);
-    config.mail_server_port = static_cast<std::uint16_t>(port);
-    reader.read_text("mailSender", config.mail_sender);
-    reader.read("mailSenderUser", config.mail_sender_user);
-    reader.read("mailSenderPassword", config.mail_sender_password);
     if (config.mail_sender_user.empty())
         config.mail_sender_user = config.mail_sender;
     if (!config.administrator.empty() && !core::is_mail_address(config.administrator))
@@ -311,32 +282,17 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
         return reader.error();
     Configured<SessionConfig> configured;
     auto& config = configured.config;
-    read_schema(*reader);
-    read_port(*reader, config.address.port);
+    reader->read_members(config);
     if (!reader->has("port"))
         reader->require("port", "an integer from 1 to 65535");
-    read_discovery(*reader, config);
+    check_discovery(*reader, config);
     read_simulation_servers(*reader, config.announcements, config.simulation_servers);
-    read_gateway(*reader, config);
-    read_server_name(*reader, "server", config.address.host);
-    reader->read("ssl", config.address.ssl);
-    reader->read("portRewrite", config.address.port_rewrite);
-    read_network(*reader, config.address.port, config.network);
-    reader->read("caFile", config.ca_file);
-    read_access(*reader, config.access);
-    read_log(*reader, config);
-    read_seconds(*reader, "loadRefresh", config.load_refresh);
-    read_seconds(*reader, "loadTimeout", config.load_timeout);
-    reader->read_number("loadThreshold", config.load_threshold);
-    reader->read_choice("scheduling", config.scheduling);
-    read_seconds(*reader, "placementTimeout", config.placement_timeout);
-    read_session_budget(*reader, config);
-    read_relay(*reader, config);
-    reader->read("decisionsForAll", config.decisions_for_all);
-    read_teacher_password(*reader, config);
-    reader->read("viewerUrl", config.viewer_url);
-    read_seconds(*reader, "pauseHidden", config.pause_hidden);
-    read_mail(*reader, config);
+    complete_gateway(*reader, config);
+    check_server_name(*reader, "server", config.address.host);
+    check_network(*reader, config.address.port, config.network);
+    check_access(*reader, config.access);
+    check_teacher_password(*reader, config);
+    complete_mail(*reader, config);
     if (auto const failure = reader->failure())
         return *failure;
     configured.warnings = reader->warnings();

@@ -1,6 +1,6 @@
 #include <webots_cloud/config.hpp>
 
-#include "common_keys.hpp"
+#include "config_rules.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/projects/repository_policy.hpp"
@@ -47,8 +47,7 @@ void read_forge(ConfigReader& reader, std::size_t number, boost::json::value con
             reader.refuse_entry("forges", number, entry, "a URL that starts with https:// or http://");
     } else if (auto const* object = entry.if_object()) {
         auto inner = reader.entry("forges", number, *object);
-        inner.read("url", forge.url);
-        inner.read("directory", forge.directory);
+        inner.read_members(forge);
         if (!inner.has("url"))
             inner.require("url", "the beginning of the addresses of its worlds, as in \"local:\"");
         if (!inner.has("directory"))
@@ -89,9 +88,8 @@ void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
         reader.refuse("notify", "addresses that start with https:// or http://, or [] for none");
 }
 
-void read_session_servers(ConfigReader& reader, std::vector<std::string>& session_servers)
+void complete_session_servers(ConfigReader& reader, std::vector<std::string>& session_servers)
 {
-    reader.read("sessionServers", session_servers);
     if (!std::all_of(session_servers.begin(), session_servers.end(), is_web_address))
         reader.refuse("sessionServers", "addresses that start with https:// or http://");
     for (auto& session_server : session_servers)
@@ -175,10 +173,8 @@ void warn_of_assumed_tls(ConfigReader const& reader, SimulationConfig const& con
 }
 
 /// Both end up in one option of Webots, which takes them apart again.
-void read_multimedia(ConfigReader& reader, SimulationConfig& config)
+void check_multimedia(ConfigReader& reader, SimulationConfig const& config)
 {
-    reader.read("multimediaServer", config.multimedia_server);
-    reader.read("multimediaStream", config.multimedia_stream);
     constexpr auto* separators = " \t\";";
     if (config.multimedia_server.find_first_of(separators) != std::string::npos)
         reader.refuse("multimediaServer", "an address without spaces, quotes and semicolons");
@@ -186,12 +182,11 @@ void read_multimedia(ConfigReader& reader, SimulationConfig& config)
         reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
 }
 
-void read_simulator_environment(ConfigReader& reader, SimulationConfig& config)
+void check_simulator_environment(ConfigReader& reader, SimulationConfig const& config)
 {
     constexpr std::string_view key = "simulatorEnvironment";
     constexpr std::size_t longest = 128 * 1024; // of all entries: no program is started with much more
-    auto& entries = config.simulator_environment;
-    reader.read(key, entries);
+    auto const& entries = config.simulator_environment;
     std::size_t size = 0;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         std::string_view const entry = entries[i];
@@ -210,21 +205,9 @@ void read_simulator_environment(ConfigReader& reader, SimulationConfig& config)
         reader.refuse(key, "at most 131072 characters in all");
 }
 
-void read_fetch_budget(ConfigReader& reader, SimulationConfig& config)
-{
-    double megabytes = static_cast<double>(config.fetch_memory >> 20);
-    reader.read_number("fetchMemory", megabytes);
-    config.fetch_memory = static_cast<std::uint64_t>(megabytes * (1 << 20));
-    double gigabytes = static_cast<double>(config.fetch_disk >> 30);
-    reader.read_number("fetchDisk", gigabytes);
-    config.fetch_disk = static_cast<std::uint64_t>(gigabytes * (1 << 30));
-}
-
 /// Containers are one of the sandboxes; `docker`, the older key, chooses the same.
-void read_sandbox(ConfigReader& reader, SimulationConfig& config)
+void complete_sandbox(ConfigReader& reader, SimulationConfig& config)
 {
-    reader.read("docker", config.docker);
-    reader.read_choice("sandbox", config.sandbox);
     bool const wants_docker = config.sandbox == "docker";
     if (wants_docker && reader.has("docker") && !config.docker)
         reader.refuse("sandbox", "another one than \"docker\", since \"docker\" is false");
@@ -233,59 +216,29 @@ void read_sandbox(ConfigReader& reader, SimulationConfig& config)
     config.docker = config.docker || wants_docker;
 }
 
-std::uint64_t megabytes_of(double megabytes)
+/// What a job asks for ends up in the arguments of `srun`, each of which is one word.
+void check_slurm_job(ConfigReader& reader, SlurmJobConfig const& job)
 {
-    return static_cast<std::uint64_t>(megabytes * (1 << 20));
-}
-
-/// Limits, of which 0 is none.
-void read_limits(ConfigReader& reader, LimitsConfig& limits)
-{
-    auto const read = [&reader](std::string_view key, double value) {
-        reader.read_number(key, value);
-        return value;
-    };
-    auto const memory = read("simulationMemory", 0);
-    if (reader.has("simulationMemory"))
-        limits.memory = megabytes_of(memory);
-    limits.processors = read("simulationCpus", limits.processors);
-    auto const processes = read("simulationProcesses", 0);
-    if (reader.has("simulationProcesses"))
-        limits.processes = static_cast<std::uint64_t>(processes);
-    limits.files = static_cast<std::uint64_t>(read("simulationFiles", static_cast<double>(limits.files)));
-    limits.disk = megabytes_of(read("simulationDisk", static_cast<double>(limits.disk >> 20)));
-}
-
-/// What a job asks for. It ends up in the arguments of `srun`, each of which is one word.
-void read_slurm_job(ConfigReader& reader, SlurmJobConfig& job)
-{
-    for (auto const& [key, value] : {std::pair<std::string_view, std::string*>("partition", &job.partition),
-                                     {"account", &job.account},
-                                     {"qos", &job.qos},
-                                     {"gres", &job.gres}}) {
-        reader.read(key, *value);
-        if (value->find_first_of(" |") != std::string::npos)
+    for (auto const& [key, value] :
+         {std::pair<std::string_view, std::string const&>("partition", job.partition),
+          {"account", job.account},
+          {"qos", job.qos},
+          {"gres", job.gres}})
+        if (value.find_first_of(" |") != std::string::npos)
             reader.refuse(key, "a name without spaces and |");
-    }
-    double megabytes = static_cast<double>(job.memory >> 20);
-    reader.read_number("memory", megabytes);
-    job.memory = megabytes_of(megabytes);
-    reader.read_integer("processors", job.processors);
-    read_seconds(reader, "timeLimit", job.time_limit);
 }
 
-void read_slurm_override(ConfigReader& reader, SlurmOverrideConfig& entry)
+void check_slurm_override(ConfigReader& reader, SlurmOverrideConfig const& entry)
 {
-    reader.read("mode", entry.mode);
     if (!entry.mode.empty() && !is_known_mode(entry.mode))
         reader.refuse("mode", "\"x3d\", \"w3d\" or \"mjpeg\"");
-    reader.read("label", entry.label);
-    read_slurm_job(reader, entry.job);
+    check_slurm_job(reader, entry.job);
 }
 
 void read_slurm(ConfigReader& reader, SlurmConfig& slurm)
 {
-    read_slurm_job(reader, slurm.job);
+    reader.read_members(slurm);
+    check_slurm_job(reader, slurm.job);
     std::string copy_to;
     reader.read("copyTo", copy_to);
     slurm.copy_to = copy_to;
@@ -303,7 +256,8 @@ void read_slurm(ConfigReader& reader, SlurmConfig& slurm)
         override.job = slurm.job;
         if (auto const* object = entry.if_object()) {
             auto inner = reader.entry("overrides", number, *object);
-            read_slurm_override(inner, override);
+            inner.read_members(override);
+            check_slurm_override(inner, override);
             reader.take_over(inner);
         } else {
             reader.refuse_entry("overrides", number, entry, "an object");
@@ -337,16 +291,12 @@ void read_launcher(ConfigReader& reader, SimulationConfig& config)
         reader.refuse("launcher", "no \"slurm\" where \"gateway\" is false: browsers don't reach nodes");
 }
 
-void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
+/// Simulations have the ports after it, and their editors those 500 above.
+void check_port(ConfigReader& reader, SimulationConfig const& config)
 {
-    reader.read("dockerDir", docker.directory);
-    docker.directory = (folder / docker.directory).lexically_normal();
-    reader.read("dockerImages", docker.images);
-    reader.read("projectDockerfiles", docker.project_dockerfiles);
-    std::vector<std::string> persistent;
-    reader.read("persistantDockerImages", persistent);
-    if (reader.has("persistantDockerImages"))
-        docker.persistent_images = std::move(persistent);
+    constexpr int highest = max_port - 1 - core::editor_distance;
+    if (config.docker && config.address.port > highest)
+        reader.refuse("port", concat("an integer from 1 to ", std::to_string(highest)));
 }
 
 } // namespace
@@ -360,74 +310,27 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
         return reader.error();
     Configured<SimulationConfig> configured;
     auto& config = configured.config;
-    read_schema(*reader);
-    (void)reader->find("publicPort");
-    read_server_name(*reader, "fullyQualifiedDomainName", config.address.host);
-    read_server_name(*reader, "server", config.address.host);
-    reader->read("ssl", config.address.ssl);
-    read_sandbox(*reader, config);
-    // Simulations have the ports after it, and their editors those 500 above.
-    read_port(*reader, config.address.port,
-              config.docker ? std::optional(max_port - 1 - core::editor_distance) : std::nullopt);
-    reader->read("portRewrite", config.address.port_rewrite);
-    read_network(*reader, config.address.port, config.network);
-    read_access(*reader, config.access);
-    read_docker(*reader, origin.parent_path(), config.containers);
-    reader->read("allowedRepositories", config.allowed_repositories);
-    reader->read("blockedRepositories", config.blocked_repositories);
-    reader->read_number("shareIdleTime", config.share_idle_time);
+    reader->read_members(config);
+    for (std::string_view const key : {"fullyQualifiedDomainName", "server"})
+        check_server_name(*reader, key, config.address.host);
+    complete_sandbox(*reader, config);
+    check_port(*reader, config);
+    check_network(*reader, config.address.port, config.network);
+    check_access(*reader, config.access);
+    config.containers.directory = (origin.parent_path() / config.containers.directory).lexically_normal();
     read_forges(*reader, origin.parent_path(), config.forges);
     read_notify(*reader, config.notify);
-    read_session_servers(*reader, config.session_servers);
+    complete_session_servers(*reader, config.session_servers);
     if (config.address.host == core::asked_name)
         config.notify.clear(); // there is no address that could be registered
-    double gigabytes = static_cast<double>(config.cache_bytes >> 30);
-    reader->read_number("cacheSize", gigabytes);
-    config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));
-    reader->read("stateDir", config.state_dir);
-    read_fetch_budget(*reader, config);
-    reader->read("webotsHome", config.webots_home);
-    reader->read("labels", config.labels);
     check_labels(*reader, config.labels);
-    reader->read("display", config.display);
-    reader->read("simulationUser", config.simulation_user);
-    reader->read("confineServer", config.confine_server);
-    reader->read_choice("network", config.network_reach);
-    read_limits(*reader, config.limits);
-    reader->read("gateway", config.gateway);
     read_launcher(*reader, config);
-    double traffic = 0;
-    reader->read_number("trafficLimit", traffic);
-    config.traffic_limit = static_cast<std::uint64_t>(traffic);
-    read_simulator_environment(*reader, config);
-    reader->read_integer("maxConnections", config.max_connections);
+    check_simulator_environment(*reader, config);
     if (config.docker && config.max_connections >= core::editor_distance)
         reader->refuse(
             "maxConnections",
             "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
-    reader->read_integer("simulationsPerAddress", config.simulations_per_address);
-    read_seconds(*reader, "timeout", config.timeout);
-    read_seconds(*reader, "extendable", config.extendable);
-    read_seconds(*reader, "startTimeout", config.start_timeout);
-    auto grace = config.return_grace;
-    read_seconds(*reader, "reconnectGrace", grace);
-    if (reader->has("reconnectGrace"))
-        config.reconnect_grace = config.return_grace = grace;
-    read_log(*reader, config);
-    reader->read_text("title", config.title);
-    reader->read_text("description", config.description);
-    std::string formula = "strict";
-    reader->read_choice("loadFormula", formula);
-    config.strict_load = formula == "strict";
-    reader->read("monitorLogEnabled", config.monitor_log);
-    double days = 7;
-    reader->read_number("simulationLogDays", days);
-    config.simulation_log_keep =
-        std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
-    reader->read("projectsDir", config.projects_dir);
-    reader->read("caFile", config.ca_file);
-    reader->read("keyDir", config.key_dir);
-    read_multimedia(*reader, config);
+    check_multimedia(*reader, config);
     if (auto const failure = reader->failure())
         return *failure;
     configured.warnings = reader->warnings();

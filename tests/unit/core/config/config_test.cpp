@@ -479,9 +479,8 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
 {
     auto const config = parse_simulation_config("{}", "/etc/c.json").value().config;
     BOOST_TEST((config.start_timeout == std::chrono::seconds(300)));
-    BOOST_TEST((config.reconnect_grace == Duration::zero())); // as the Python servers, for their pages
-    BOOST_TEST((config.return_grace == std::chrono::seconds(30)));
-    BOOST_TEST(config.strict_load);
+    BOOST_TEST(!config.reconnect_grace);
+    BOOST_TEST(!config.reference_load);
     BOOST_TEST((config.simulation_log_keep == std::chrono::hours(24 * 7)));
     BOOST_TEST(config.cache_bytes == std::uint64_t{10} << 30);
     BOOST_TEST(config.containers.directory == "/etc/docker");
@@ -846,16 +845,13 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("extendable":900)", [](auto const& c) { return c.extendable == std::chrono::seconds(900); }},
         {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
         {R"("reconnectGrace":1.5)",
-         [](auto const& c) {
-             return c.reconnect_grace == std::chrono::milliseconds(1500) &&
-                    c.return_grace == c.reconnect_grace;
-         }},
-        {R"("reconnectGrace":0)", [](auto const& c) { return c.return_grace == Duration::zero(); }},
+         [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
+        {R"("reconnectGrace":0)", [](auto const& c) { return c.reconnect_grace == Duration::zero(); }},
         {R"("simulationLogDays":0.5)",
          [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
         {R"("gateway":false)", [](auto const& c) { return !c.gateway; }},
         {R"("trafficLimit":2500000)", [](auto const& c) { return c.traffic_limit == 2'500'000; }},
-        {R"("loadFormula":"reference")", [](auto const& c) { return !c.strict_load; }},
+        {R"("loadFormula":"reference")", [](auto const& c) { return c.reference_load; }},
         {R"("fetchMemory":256)", [](auto const& c) { return c.fetch_memory == std::uint64_t{256} << 20; }},
         {R"("fetchDisk":0.5)", [](auto const& c) { return c.fetch_disk == std::uint64_t{512} << 20; }},
         {R"("simulationMemory":512)",

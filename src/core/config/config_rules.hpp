@@ -1,4 +1,5 @@
-// What the configurations of both servers have in common: keys, and warnings about them.
+// What both configurations have to keep to beyond the table of keys: what single values must be like, and
+// which keys need or exclude each other. Called when all members have been read.
 #pragma once
 
 #include "config_reader.hpp"
@@ -7,7 +8,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,40 +16,17 @@ namespace webots_cloud::core {
 
 inline constexpr int max_port = 65535;
 
-/// "$schema", which is for editors alone.
-void read_schema(ConfigReader& reader);
-
-/// A number of seconds, fractions too.
-void read_seconds(ConfigReader& reader, std::string_view key, Duration& value);
-
-/// "port"; `highest`: where other keys leave less than the table of keys allows.
-void read_port(ConfigReader& reader, std::uint16_t& value, std::optional<int> highest = {});
-
-/// A list of addresses and networks, as in `10.0.0.0/8`.
-void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::string>& networks);
-
-/// The name of a host. Empty is taken, as the Python servers do.
-void read_server_name(ConfigReader& reader, std::string_view key, std::string& server);
+/// What names a host. Empty is taken, as the Python servers do.
+void check_server_name(ConfigReader& reader, std::string_view key, std::string const& server);
 
 /// Certificate, addresses, limits of connections. `port`: that of this configuration.
-void read_network(ConfigReader& reader, std::uint16_t port, NetworkConfig& network);
+void check_network(ConfigReader& reader, std::uint16_t port, NetworkConfig const& network);
 
 /// Who may use the server.
-void read_access(ConfigReader& reader, AccessConfig& access);
+void check_access(ConfigReader& reader, AccessConfig const& access);
 
 /// What was read of the key "labels" of a simulation server.
 void check_labels(ConfigReader& reader, std::vector<std::string> const& labels);
-
-/// How the server logs.
-template<class Config>
-void read_log(ConfigReader& reader, Config& config)
-{
-    reader.read("logDir", config.log_dir);
-    reader.read("debug", config.debug);
-    std::string format = "text";
-    reader.read_choice("logFormat", format);
-    config.json_log = format == "json";
-}
 
 enum class Port
 {

@@ -1,15 +1,14 @@
 #include "unit_test.hpp"
 
-#include "core/config/config_changes.hpp"
 #include "core/config/config_keys.hpp"
+#include "core/config/config_reload.hpp"
 
 #include <algorithm>
 
 using namespace webots_cloud;
-using core::keys_for_restart;
 
 // The keys of protocol sections 8.1 and 8.2 at SIGHUP, which is ours.
-BOOST_AUTO_TEST_SUITE(config_changes)
+BOOST_AUTO_TEST_SUITE(config_reload)
 
 namespace {
 
@@ -23,6 +22,13 @@ SessionConfig session(std::string_view text)
 SimulationConfig simulation(std::string_view text)
 {
     return parse_simulation_config(text, "c.json").value().config;
+}
+
+/// Names of keys that have changed and need a restart.
+template<class Config>
+Keys keys_for_restart(Config running, Config const& next)
+{
+    return core::take_reloaded(running, next).waiting;
 }
 
 /// What the table says of SIGHUP, in the order of the alphabet.
@@ -57,6 +63,20 @@ BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addres
     BOOST_TEST(keys_for_restart(running, next).empty());
     auto const by_file = session(R"({"port":1,"simulationServers":[],"teacherPasswordFile":"f"})");
     BOOST_TEST(keys_for_restart(running, by_file).empty());
+}
+
+BOOST_AUTO_TEST_CASE(what_may_change_is_copied_and_named_and_the_rest_stays)
+{
+    auto in_force =
+        simulation(R"({"title":"old","maxConnections":8,"simulationsPerAddress":6,"shareIdleTime":20})");
+    auto const next = simulation(R"({"title":"new","maxConnections":9,"simulationsPerAddress":6})");
+    auto const changes = core::take_reloaded(in_force, next);
+    BOOST_TEST(sorted(changes.applied) == (Keys{"shareIdleTime", "title"}), boost::test_tools::per_element());
+    BOOST_TEST(changes.waiting == Keys{"maxConnections"}, boost::test_tools::per_element());
+    BOOST_TEST(in_force.title == "new");
+    BOOST_TEST(in_force.share_idle_time == 50);
+    BOOST_TEST(in_force.max_connections == 8);
+    BOOST_TEST(core::take_reloaded(in_force, next).applied.empty());
 }
 
 BOOST_AUTO_TEST_CASE(what_a_session_server_does_not_take_over_is_named)

@@ -1,4 +1,4 @@
-#include "common_keys.hpp"
+#include "config_rules.hpp"
 
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
@@ -17,12 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// `port`: the one with TLS.
-void read_redirect(ConfigReader& reader, std::uint16_t port, NetworkConfig& network)
+void check_redirect(ConfigReader& reader, std::uint16_t port, NetworkConfig const& network)
 {
-    int redirect = 0;
-    reader.read_integer("redirectPort", redirect);
-    network.redirect_port = static_cast<std::uint16_t>(redirect);
-    reader.read("challengeFolder", network.challenge_folder);
+    auto const redirect = network.redirect_port;
     if (redirect != 0 && !reader.has("sslCertificate"))
         reader.refuse("redirectPort", "0, since without \"sslCertificate\" nothing is reached by https here");
     if (redirect != 0 && redirect == port)
@@ -33,68 +30,37 @@ void read_redirect(ConfigReader& reader, std::uint16_t port, NetworkConfig& netw
                       "no such key without \"redirectPort\", where challenges are answered");
 }
 
-/// Lists of origins, which are left alone when they are absent.
-void read_origins(ConfigReader& reader, std::string_view key,
-                  std::optional<std::vector<std::string>>& origins)
+void check_origins(ConfigReader& reader, std::string_view key,
+                   std::optional<std::vector<std::string>> const& origins)
 {
-    std::vector<std::string> found;
-    reader.read(key, found);
-    if (!reader.has(key))
-        return;
-    origins = std::move(found);
-    if (!std::all_of(origins->begin(), origins->end(), core::is_origin_pattern))
+    if (origins && !std::all_of(origins->begin(), origins->end(), core::is_origin_pattern))
         reader.refuse(key,
                       "a list of sites, as in \"https://example.org\", \"https://*.example.org\" or \"*\"");
 }
 
-} // namespace
-
-void read_schema(ConfigReader& reader)
-{
-    std::string ignored;
-    reader.read_text("$schema", ignored);
-}
-
-void read_seconds(ConfigReader& reader, std::string_view key, Duration& value)
-{
-    double seconds = std::chrono::duration<double>(value).count();
-    reader.read_number(key, seconds);
-    value = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
-}
-
-void read_port(ConfigReader& reader, std::uint16_t& value, std::optional<int> highest)
-{
-    int port = value;
-    reader.read_integer("port", port, highest);
-    value = static_cast<std::uint16_t>(port);
-}
-
-void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::string>& networks)
+/// Addresses and networks, as in `10.0.0.0/8`.
+void check_networks(ConfigReader& reader, std::string_view key, std::vector<std::string> const& networks)
 {
     constexpr std::string_view wanted =
         "an address or a network without bits set beyond it, as in \"127.0.0.1\", \"10.0.0.0/8\" or \"::1\"";
-    reader.read(key, networks);
     for (std::size_t i = 0; i < networks.size(); ++i)
         if (!core::IpNetwork::parse(networks[i]))
             reader.refuse_entry(key, i + 1, boost::json::value(networks[i]), wanted);
 }
 
-void read_network(ConfigReader& reader, std::uint16_t port, NetworkConfig& network)
+} // namespace
+
+void check_network(ConfigReader& reader, std::uint16_t port, NetworkConfig const& network)
 {
-    reader.read("sslCertificate", network.ssl_certificate);
-    reader.read("sslKey", network.ssl_key);
     if (!reader.has("sslCertificate") && reader.has("sslKey"))
         reader.require("sslCertificate", "the file of the certificate that \"sslKey\" belongs to");
     if (!reader.has("sslKey") && reader.has("sslCertificate"))
         reader.require("sslKey", "the file of the key that \"sslCertificate\" belongs to");
-    read_redirect(reader, port, network);
-    reader.read("listenAddress", network.listen_address);
+    check_redirect(reader, port, network);
     if (!core::IpAddress::parse(network.listen_address))
         reader.refuse("listenAddress",
                       "a numeric address of this machine, as in \"127.0.0.1\", or \"::\" for all");
-    reader.read_integer("connectionsPerAddress", network.connections_per_address);
-    read_networks(reader, "trustedProxies", network.trusted_proxies);
-    read_seconds(reader, "pingTimeout", network.ping_timeout);
+    check_networks(reader, "trustedProxies", network.trusted_proxies);
 }
 
 void warn_of_trust_in_everybody(NetworkConfig const& network, fs::path const& origin,
@@ -134,24 +100,18 @@ bool is_authority(std::string_view text, Port port)
            (authority->has_port() ? core::parse_port(authority->port()) != 0 : port == Port::optional);
 }
 
-void read_access(ConfigReader& reader, AccessConfig& access)
+void check_access(ConfigReader& reader, AccessConfig const& access)
 {
-    reader.read("hostNames", access.host_names);
     if (!std::all_of(access.host_names.begin(), access.host_names.end(),
                      [](std::string const& name) { return is_authority(name); }))
         reader.refuse("hostNames", "a list of names of this machine, as in \"lab7.example.org\"");
-    read_origins(reader, "allowedOrigins", access.allowed_origins);
-    read_origins(reader, "frameAncestors", access.frame_ancestors);
-    reader.read("monitorPassword", access.monitor_password);
-    read_networks(reader, "monitorAddresses", access.monitor_addresses);
-    reader.read("operatorTokenFile", access.operator_token_file);
-    reader.read("sessionSecret", access.session_secret);
-    reader.read("operatorSocket", access.operator_socket);
+    check_origins(reader, "allowedOrigins", access.allowed_origins);
+    check_origins(reader, "frameAncestors", access.frame_ancestors);
+    check_networks(reader, "monitorAddresses", access.monitor_addresses);
 }
 
-void read_server_name(ConfigReader& reader, std::string_view key, std::string& server)
+void check_server_name(ConfigReader& reader, std::string_view key, std::string const& server)
 {
-    reader.read(key, server);
     if (reader.has(key) && !server.empty() && !is_authority(server))
         reader.refuse(key, "the name of a host, as in \"sim.example.org\"");
 }

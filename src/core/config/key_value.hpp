@@ -1,0 +1,185 @@
+// Binds the key of a configuration to the member of a struct that keeps its value: from the member's type
+// follow how the value is read, what its default is, and whether two configurations differ in it.
+#pragma once
+
+#include "config_keys.hpp"
+
+#include <webots_cloud/time.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+// Each leaves `value` alone when the key is absent. Of a choice that is kept as `bool`, the second one is
+// true. Durations are kept of keys with the unit seconds or days; bytes of megabytes or gigabytes.
+void read_value(ConfigReader& reader, ConfigKey const& key, bool& value);
+void read_value(ConfigReader& reader, ConfigKey const& key, int& value);
+void read_value(ConfigReader& reader, ConfigKey const& key, std::uint16_t& value);
+void read_value(ConfigReader& reader, ConfigKey const& key, std::uint64_t& value);
+void read_value(ConfigReader& reader, ConfigKey const& key, double& value);
+void read_value(ConfigReader& reader, ConfigKey const& key, Duration& value);
+void read_value(ConfigReader& reader, ConfigKey const& key, std::string& value);
+void read_value(ConfigReader& reader, ConfigKey const& key, std::filesystem::path& value);
+void read_value(ConfigReader& reader, ConfigKey const& key, std::vector<std::string>& value);
+/// Text that is only ever shown, or that is checked more strictly later.
+void read_any_text(ConfigReader& reader, ConfigKey const& key, std::string& value);
+/// Whatever it is.
+void ignore_value(ConfigReader& reader, ConfigKey const& key);
+/// Whether the file has the key, by either of its names.
+bool has_value(ConfigReader const& reader, ConfigKey const& key);
+
+/// Stays empty when the key is absent.
+template<class Value>
+void read_value(ConfigReader& reader, ConfigKey const& key, std::optional<Value>& value)
+{
+    Value found{};
+    read_value(reader, key, found);
+    if (has_value(reader, key))
+        value = std::move(found);
+}
+
+// Values as JSON; empty for what is nothing.
+std::string value_text(ConfigKey const& key, bool value);
+std::string value_text(ConfigKey const& key, int value);
+std::string value_text(ConfigKey const& key, std::uint64_t value);
+std::string value_text(ConfigKey const& key, double value);
+std::string value_text(ConfigKey const& key, Duration value);
+std::string value_text(ConfigKey const& key, std::string const& value);
+std::string value_text(ConfigKey const& key, std::filesystem::path const& value);
+std::string value_text(ConfigKey const& key, std::vector<std::string> const& value);
+
+inline std::string value_text(ConfigKey const& key, std::uint16_t value)
+{
+    return value_text(key, int{value});
+}
+
+template<class Value>
+std::string value_text(ConfigKey const& key, std::optional<Value> const& value)
+{
+    return value ? value_text(key, *value) : std::string();
+}
+
+// The type of a key whose value has a C++ type.
+constexpr KeyType type_of(bool const*)
+{
+    return KeyType::boolean;
+}
+constexpr KeyType type_of(int const*)
+{
+    return KeyType::integer;
+}
+constexpr KeyType type_of(std::uint16_t const*)
+{
+    return KeyType::integer;
+}
+constexpr KeyType type_of(std::uint64_t const*)
+{
+    return KeyType::number;
+}
+constexpr KeyType type_of(double const*)
+{
+    return KeyType::number;
+}
+constexpr KeyType type_of(Duration const*)
+{
+    return KeyType::number;
+}
+constexpr KeyType type_of(std::string const*)
+{
+    return KeyType::text;
+}
+constexpr KeyType type_of(std::filesystem::path const*)
+{
+    return KeyType::path;
+}
+constexpr KeyType type_of(std::vector<std::string> const*)
+{
+    return KeyType::texts;
+}
+template<class Value>
+constexpr KeyType type_of(std::optional<Value> const*)
+{
+    return type_of(static_cast<Value const*>(nullptr));
+}
+
+/// The way from a struct to a member, or to a member of a member.
+template<auto first, auto... rest>
+struct MemberPath
+{
+    template<class Struct, class Member>
+    static Struct struct_of(Member Struct::*);
+
+    using Owner = decltype(struct_of(first));
+
+    static auto const& in(void const* owner)
+    {
+        return ((static_cast<Owner const*>(owner)->*first).*....*rest);
+    }
+    static auto& in(void* owner) { return ((static_cast<Owner*>(owner)->*first).*....*rest); }
+
+    using Value = std::remove_cvref_t<decltype(in(static_cast<void*>(nullptr)))>;
+};
+
+/// Kept in a member, but read by the parser of the configuration, since its shape is its own.
+template<KeyType key_type, auto... path>
+inline constexpr KeyValue shaped{
+    .type = key_type,
+    .owner = &owner_tag<typename MemberPath<path...>::Owner>,
+    .equal =
+        [](void const* left, void const* right) {
+            return MemberPath<path...>::in(left) == MemberPath<path...>::in(right);
+        },
+    .copy = [](void const* from, void* to) { MemberPath<path...>::in(to) = MemberPath<path...>::in(from); }};
+
+template<KeyType key_type, auto... path>
+inline constexpr KeyValue typed{
+    .type = key_type,
+    .owner = shaped<key_type, path...>.owner,
+    .read = [](ConfigReader& reader, ConfigKey const& key,
+               void* owner) { read_value(reader, key, MemberPath<path...>::in(owner)); },
+    .equal = shaped<key_type, path...>.equal,
+    .copy = shaped<key_type, path...>.copy,
+    .standard =
+        [](ConfigKey const& key) {
+            typename MemberPath<path...>::Owner const owner{};
+            return value_text(key, MemberPath<path...>::in(&owner));
+        }};
+
+/// Kept in a member whose type says that of the key.
+template<auto... path>
+inline constexpr KeyValue member =
+    typed<type_of(static_cast<typename MemberPath<path...>::Value const*>(nullptr)), path...>;
+
+/// A string, with control characters too: see `read_any_text`.
+template<auto... path>
+inline constexpr KeyValue free_text{
+    .type = KeyType::text,
+    .owner = member<path...>.owner,
+    .read = [](ConfigReader& reader, ConfigKey const& key,
+               void* owner) { read_any_text(reader, key, MemberPath<path...>::in(owner)); },
+    .equal = member<path...>.equal,
+    .copy = member<path...>.copy,
+    .standard = member<path...>.standard};
+
+/// Accepted, and kept nowhere.
+inline constexpr KeyValue ignored_text{.type = KeyType::text,
+                                       .read = [](ConfigReader& reader, ConfigKey const& key, void*) {
+                                           std::string ignored;
+                                           read_any_text(reader, key, ignored);
+                                       }};
+inline constexpr KeyValue unused{
+    .type = KeyType::unused,
+    .read = [](ConfigReader& reader, ConfigKey const& key, void*) { ignore_value(reader, key); }};
+
+template<auto... path>
+inline constexpr KeyValue secret = typed<KeyType::secret, path...>;
+
+template<auto... path>
+inline constexpr KeyValue choice = typed<KeyType::choice, path...>;
+
+} // namespace webots_cloud::core
