@@ -47,7 +47,7 @@ int main(int argc, char** argv)
     simulation.address.port = simulation_port;
     simulation.forges = {ForgeConfig("local:")};
     simulation.forges.front().directory = argv[2];
-    simulation.allowed_repositories = {"local:/demo_projects"};
+    simulation.service.repositories.allowed = {"local:/demo_projects"};
 
     SessionConfig session;
     session.address.ssl = false;

@@ -200,6 +200,50 @@ struct SlurmConfig
     bool operator==(SlurmConfig const&) const = default;
 };
 
+/// Whose worlds run here (protocol section 4.1.2, step 3).
+struct RepositoryRules
+{
+    RepositoryRules() = default;
+
+    std::vector<std::string> allowed; ///< `allowedRepositories`: URL prefixes that are always accepted.
+    std::vector<std::string> blocked; ///< `blockedRepositories`: prefixes refused where idle time is shared.
+    /// `shareIdleTime`, percent: the highest load at which others than `allowed` are accepted; 0: never.
+    double share_idle_time = 50;
+
+    bool operator==(RepositoryRules const&) const = default;
+};
+
+/// The keys that SimulationService obeys.
+struct SimulationServiceConfig
+{
+    SimulationServiceConfig() = default;
+
+    /// How long a simulation waits for a browser that lost its connection; `returns`: which has said in
+    /// `start` that it returns, also when its page was reloaded.
+    Duration grace(bool returns) const
+    {
+        return reconnect_grace.value_or(returns ? std::chrono::seconds(30) : Duration::zero());
+    }
+
+    RepositoryRules repositories;
+    /// `simulationsPerAddress`: how many simulations a client (`IncomingRequest::quota_key`) may have at
+    /// once; 0: any number. Default: three quarters of `max_connections`.
+    int simulations_per_address = 75;
+    /// `reconnectGrace`, in seconds: how long a lost browser may return. Absent: 30 seconds for pages that
+    /// say that they return, and no time for others.
+    std::optional<Duration> reconnect_grace;
+    /// `trafficLimit`: bytes per second, of all that browsers and one simulation say to each other through
+    /// the server; 0: any number.
+    std::uint64_t traffic_limit = 0;
+    /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file
+    /// without the key means that of webots.cloud; a program that makes its configuration itself
+    /// registers nowhere.
+    std::vector<std::string> notify;
+    std::string title;           ///< `title` of the monitor page; empty: a standard one.
+    std::string description;     ///< `description` on the monitor page.
+    bool reference_load = false; ///< `loadFormula`: `reference`, the one of the Python servers, not `strict`.
+};
+
 /// `config/simulation/*.json` (protocol section 8.2).
 struct SimulationConfig
 {
@@ -213,19 +257,14 @@ struct SimulationConfig
     PublicAddress address;
     NetworkConfig network;
     AccessConfig access;
+    SimulationServiceConfig service;
     bool docker = false; ///< `docker`: simulations run in containers.
     DockerConfig containers;
     std::optional<SlurmConfig> slurm; ///< `launcher`: where simulations run. Default: on this machine.
-    std::vector<std::string> allowed_repositories; ///< `allowedRepositories`
-    std::vector<std::string> blocked_repositories; ///< `blockedRepositories`
-    double share_idle_time = 50;                   ///< `shareIdleTime`, percent.
-    std::vector<ForgeConfig> forges; ///< `forges`: strings, or objects with `url` and `directory`.
+    std::vector<ForgeConfig> forges;  ///< `forges`: strings, or objects with `url` and `directory`.
     /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when forges,
     /// websites and registries are asked by https.
     std::filesystem::path ca_file;
-    /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file without
-    /// the key means that of webots.cloud; a program that makes its configuration itself registers nowhere.
-    std::vector<std::string> notify;
     /// `sessionServers`: URLs of session servers to which this server announces itself, with `sessionSecret`.
     std::vector<std::string> session_servers;
     std::uint64_t cache_bytes = std::uint64_t{10}
@@ -256,8 +295,6 @@ struct SimulationConfig
     LimitsConfig limits;                    ///< `simulationMemory` and the like.
     /// `gateway`: browsers reach simulations through this server's own port; `false`: at ports of theirs.
     bool gateway = true;
-    std::uint64_t traffic_limit =
-        0; ///< `trafficLimit`: bytes per second of each simulation through the gateway; 0: any number.
     /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for
     /// simulators.
     std::vector<std::string> simulator_environment;
@@ -267,24 +304,15 @@ struct SimulationConfig
     std::string multimedia_server;         ///< `multimediaServer`: of Janus, for Webots R2021b and older.
     std::string multimedia_stream; ///< `multimediaStream`: where Janus takes the stream, `<host>:<port>`.
     int max_connections = 100;     ///< `maxConnections`; not more than there are ports after `port`.
-    /// `simulationsPerAddress`: of `max_connections`, how many a client may have; 0: all. Default: three
-    /// quarters.
-    int simulations_per_address = 75;
     Duration timeout = std::chrono::hours(2); ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration extendable{}; ///< In seconds: by how much browsers may extend `timeout`, in all.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
-    /// `reconnectGrace`, in seconds: how long a lost browser may return. Absent: 30 seconds for pages that
-    /// say that they return, and no time for others.
-    std::optional<Duration> reconnect_grace;
-    std::filesystem::path log_dir = "log"; ///< `logDir`
-    bool debug = false;                    ///< `debug`: log to standard output instead of the file.
-    bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
-    std::string title;                     ///< `title`
-    std::string description;               ///< `description`
+    std::filesystem::path log_dir = "log";            ///< `logDir`
+    bool debug = false;    ///< `debug`: log to standard output instead of the file.
+    bool json_log = false; ///< `logFormat`: `text`, or `json` for programs that collect logs.
     Duration simulation_log_keep =
         std::chrono::hours(24 * 7); ///< `simulationLogDays`, in days; 0: none is written.
-    bool monitor_log = true;     ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
-    bool reference_load = false; ///< `loadFormula`: `reference`, not `strict`.
+    bool monitor_log = true; ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
 };
 
 /// A configuration and what an operator should know about it.

@@ -1,6 +1,7 @@
 // Tells registries of simulation servers, such as webots.cloud, that this one exists (protocol section 11).
 #pragma once
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/clock.hpp>
@@ -22,8 +23,7 @@ struct RegistrationParams
 
     std::vector<std::string> registries; ///< URLs that get the POST; none: nothing is done.
     std::string url;                     ///< Our own, as the world reaches it.
-    double share_idle_time = 50;         ///< Percent.
-    std::vector<std::string> allowed_repositories;
+    RepositoryRules repositories; ///< The registries show those that are allowed, and the share of idle time.
 };
 
 /// Posts to every registry once; a registry that can't be reached is tried again after 5, 10, 20 ... seconds,
@@ -42,7 +42,7 @@ public:
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-    /// Takes over `share_idle_time` and `allowed_repositories`; when they differ from what the registries
+    /// Takes over `repositories`; when they differ from what the registries
     /// know, those are told.
     void apply(RegistrationParams const& params);
 

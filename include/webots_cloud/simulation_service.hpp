@@ -2,6 +2,7 @@
 // adapter.
 #pragma once
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/project_fetcher.hpp>
@@ -33,31 +34,14 @@ struct SimulationServiceParams
     SimulationServiceParams() { address.port = 2000; }
 
     PublicAddress address; ///< Where browsers are sent; its port is for the monitor page.
-    std::vector<std::string> allowed_repositories; ///< URL prefixes always accepted.
-    std::vector<std::string> blocked_repositories; ///< URL prefixes refused when idle time is shared.
-    /// The highest load, in percent, at which other repositories are accepted; 0: never.
-    double share_idle_time = 50;
-    /// Simulations that a client (`IncomingRequest::quota_key`) may have at once. 0: any number.
-    std::size_t simulations_per_address = 0;
-    SimulationWalls walls;   ///< Other repositories are accepted only where these are high enough.
-    bool strict_load = true; ///< The load formula: strict, or the one of the Python reference.
+    SimulationServiceConfig config;
+    SimulationWalls walls; ///< Other repositories are accepted only where these are high enough.
     /// From the opening of a socket to its `start`. Default 30 s.
     Duration handshake_timeout = std::chrono::seconds(30);
     /// Sockets that have not started anything yet: of one client, and of all. With one more, the oldest is
     /// closed. Browsers send `start` within a round trip, so this is far more than they need.
     std::size_t silent_per_address = 64;
     std::size_t max_silent = 256;
-    /// How long a simulation waits for a browser that lost its connection. Default 0: it ends at once.
-    Duration reconnect_grace{};
-    /// The same for browsers that have said in `start` that they return, also when their page was reloaded;
-    /// at least `reconnect_grace`. Default 0.
-    Duration return_grace{};
-    /// Bytes per second, of all that browsers and one simulation say to each other through the server. 0: any
-    /// number.
-    std::uint64_t traffic_limit = 0;
-    std::string title;               ///< Heading of the monitor page; empty: a standard one.
-    std::string description;         ///< Paragraph of the monitor page.
-    std::vector<std::string> notify; ///< URLs of registries, for the monitor page.
     std::string notice; ///< Shown on the monitor page: for instance that this is the demo simulator.
     /// A sentence that says why simulations are not isolated from each other: for the monitor page, the
     /// answer of `/readyz` and a metric. Empty: they are.
@@ -75,7 +59,7 @@ struct SimulationServiceHooks
 {
     SimulationServiceHooks() = default;
 
-    /// Makes the tokens with which browsers return, which nobody can guess. Required with a grace.
+    /// Makes the tokens with which browsers return, which nobody can guess. Not set: no browser can return.
     std::function<std::string()> new_token;
     /// Why a browser that came with a ticket may start no simulation, a sentence; empty: it may, this once.
     /// The ticket is empty for browsers without one. Not set: tickets mean nothing.
@@ -106,9 +90,8 @@ public:
                       SimulationServiceHooks hooks = SimulationServiceHooks());
     ~SimulationService() override;
 
-    /// Takes the repositories, `share_idle_time`, `simulations_per_address`, `traffic_limit`, title and
-    /// description from `params`; running simulations go on.
-    void apply(SimulationServiceParams const& params);
+    /// Obeys another configuration from now on; running simulations go on.
+    void apply(SimulationServiceConfig config);
 
     /// Takes no new simulations from now on, and logs that; with `exit_when_empty`, `run()` succeeds when the
     /// last one has ended.

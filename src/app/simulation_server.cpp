@@ -356,8 +356,8 @@ SlurmModeParams slurm_params(SimulationConfig const& config, fs::path guard)
 /// Tells the operator whether projects of strangers are accepted, and what that depends on.
 void tell_outside_projects(SimulationConfig const& config, SimulationWalls const& walls, Logger const& log)
 {
-    if (config.share_idle_time > 0)
-        log.info(core::judge_outside_projects(walls, !config.allowed_repositories.empty()).remark);
+    if (config.service.repositories.share_idle_time > 0)
+        log.info(core::judge_outside_projects(walls, !config.service.repositories.allowed.empty()).remark);
 }
 
 SimulationServiceParams service_params(SimulationConfig const& config, SimulationWalls const& walls,
@@ -365,18 +365,8 @@ SimulationServiceParams service_params(SimulationConfig const& config, Simulatio
 {
     SimulationServiceParams params;
     params.address = config.address;
-    params.allowed_repositories = config.allowed_repositories;
-    params.blocked_repositories = config.blocked_repositories;
-    params.share_idle_time = config.share_idle_time;
-    params.simulations_per_address = static_cast<std::size_t>(config.simulations_per_address);
-    params.traffic_limit = config.traffic_limit;
-    params.notify = config.notify;
+    params.config = config.service;
     params.walls = walls;
-    params.strict_load = !config.reference_load;
-    params.title = config.title;
-    params.description = config.description;
-    params.reconnect_grace = config.reconnect_grace.value_or(Duration::zero());
-    params.return_grace = config.reconnect_grace.value_or(std::chrono::seconds(30));
     params.notice = std::move(notice);
     return params;
 }
@@ -401,10 +391,9 @@ result<std::function<std::string(std::string_view)>> ticket_mac(SimulationConfig
 RegistrationParams registration_params(SimulationConfig const& config)
 {
     RegistrationParams params;
-    params.registries = config.notify;
+    params.registries = config.service.notify;
     params.url = core::public_http_url(config.address);
-    params.share_idle_time = config.share_idle_time;
-    params.allowed_repositories = config.allowed_repositories;
+    params.repositories = config.service.repositories;
     return params;
 }
 
@@ -627,7 +616,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
             return next_token_check.error();
         access.apply(app::access_params(next.address.host, next.access), *next_token_check);
         tell_outside_projects(next, walls, log);
-        service.apply(service_params(next, walls, choice->notice));
+        service.apply(next.service);
         registration.apply(registration_params(next));
         examined = next;
         return result<>();

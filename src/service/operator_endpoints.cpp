@@ -61,7 +61,8 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
     auto figures = core::machine_figures(last_sample_, sample, now - measured_);
     measured_ = now;
     last_sample_ = std::move(sample);
-    auto const formula = params_.strict_load ? core::LoadFormula::strict : core::LoadFormula::reference;
+    auto const formula =
+        params_.config.reference_load ? core::LoadFormula::reference : core::LoadFormula::strict;
     context_.load = core::load_of(formula, figures.cpu, last_sample_);
     average_.add(context_.load);
 
@@ -248,8 +249,8 @@ Answer OperatorEndpoints::monitor_page(IncomingRequest const& request)
 std::string OperatorEndpoints::monitor_text() const
 {
     core::SimulationMonitorView view;
-    view.title = params_.title;
-    view.description = params_.description;
+    view.title = params_.config.title;
+    view.description = params_.config.description;
     view.notice = params_.notice;
     view.warning = params_.isolation_warning;
     view.sandbox = params_.sandbox;
@@ -257,10 +258,10 @@ std::string OperatorEndpoints::monitor_text() const
     view.load = average_.value();
     view.host = description_;
     view.sample = board_.sample();
-    view.allowed = params_.allowed_repositories;
-    view.blocked = params_.blocked_repositories;
-    view.notify = params_.notify;
-    view.share_idle_time = params_.share_idle_time;
+    view.allowed = params_.config.repositories.allowed;
+    view.blocked = params_.config.repositories.blocked;
+    view.notify = params_.config.notify;
+    view.share_idle_time = params_.config.repositories.share_idle_time;
     view.capacity = context_.admission.max_simulations();
     view.draining = context_.state.is_draining();
     view.simulations = rows();

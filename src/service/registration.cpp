@@ -32,7 +32,8 @@ struct Registration::Impl
 
     std::string form() const
     {
-        return core::registration_form(params.url, params.share_idle_time, params.allowed_repositories);
+        return core::registration_form(params.url, params.repositories.share_idle_time,
+                                       params.repositories.allowed);
     }
 
     asio::awaitable<void> register_at(std::string registry);
@@ -53,8 +54,7 @@ Registration::~Registration() = default;
 void Registration::apply(RegistrationParams const& params)
 {
     auto const known = impl_->form();
-    impl_->params.share_idle_time = params.share_idle_time;
-    impl_->params.allowed_repositories = params.allowed_repositories;
+    impl_->params.repositories = params.repositories;
     if (impl_->changed && impl_->form() != known)
         impl_->changed->notify();
 }

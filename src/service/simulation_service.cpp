@@ -40,7 +40,7 @@ core::AdmissionLimits limits_of(SimulationServiceParams const& service,
 {
     core::AdmissionLimits limits;
     limits.max_simulations = launcher.max_simulations;
-    limits.max_simulations_per_client = service.simulations_per_address;
+    limits.max_simulations_per_client = static_cast<std::size_t>(service.config.simulations_per_address);
     limits.max_silent = service.max_silent;
     limits.max_silent_per_client = service.silent_per_address;
     return limits;
@@ -53,17 +53,11 @@ struct SimulationService::Impl
     Impl(SimulationServiceParams parameters, ProjectFetcher& projects, SimulationLauncher& simulators,
          HostMetrics& metrics, Clock& clock, Logger logger, SimulationServiceHooks service_hooks)
         : params(std::move(parameters)), hooks(std::move(service_hooks)),
-          context(projects, simulators, clock, std::move(logger), limits_of(params, simulators.params())),
+          context(params, hooks, projects, simulators, clock, std::move(logger),
+                  limits_of(params, simulators.params())),
           operators(params, hooks, context, sessions, metrics)
     {
         set_policy();
-        context.labels = params.labels;
-        context.simulation_logs = hooks.simulation_logs;
-        context.reconnect_grace = params.reconnect_grace;
-        context.return_grace = params.return_grace;
-        context.new_token = hooks.new_token;
-        context.new_address_token = hooks.new_address_token;
-        context.address = params.address;
     }
 
     static std::span<Route<Impl> const> routes();
@@ -123,29 +117,20 @@ void SimulationService::drain(bool exit_when_empty)
     impl_->operators.drain(exit_when_empty);
 }
 
-void SimulationService::apply(SimulationServiceParams const& params)
+void SimulationService::apply(SimulationServiceConfig config)
 {
-    impl_->params.allowed_repositories = params.allowed_repositories;
-    impl_->params.blocked_repositories = params.blocked_repositories;
-    impl_->params.share_idle_time = params.share_idle_time;
-    impl_->params.simulations_per_address = params.simulations_per_address;
-    impl_->params.traffic_limit = params.traffic_limit;
-    impl_->params.title = params.title;
-    impl_->params.description = params.description;
+    impl_->params.config = std::move(config);
     impl_->operators.refresh_pages();
     impl_->set_policy();
 }
 
 void SimulationService::Impl::set_policy()
 {
-    context.policy.allowed = params.allowed_repositories;
-    context.policy.blocked = params.blocked_repositories;
-    context.policy.share_idle_time = params.share_idle_time;
-    auto outside = core::judge_outside_projects(params.walls, !params.allowed_repositories.empty());
-    context.policy.walled = outside.accepted;
-    context.policy.unwalled = std::move(outside.hint);
-    context.admission.set_max_simulations_per_client(params.simulations_per_address);
-    context.traffic_limit = params.traffic_limit;
+    auto const& repositories = params.config.repositories;
+    context.policy = {repositories,
+                      core::judge_outside_projects(params.walls, !repositories.allowed.empty())};
+    context.admission.set_max_simulations_per_client(
+        static_cast<std::size_t>(params.config.simulations_per_address));
     for (auto const& [id, session] : sessions)
         session->limit_traffic();
 }

@@ -70,8 +70,8 @@ public:
 
 Duration grace_for(SessionContext const& context, core::SimulationRequest const& request)
 {
-    return core::can_return(request) ? std::max(context.return_grace, context.reconnect_grace)
-                                     : context.reconnect_grace;
+    return context.hooks.new_token ? context.params.config.grace(core::can_return(request))
+                                   : Duration::zero();
 }
 
 } // namespace
@@ -356,7 +356,7 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
                         ? core::parse_public_base(request.header(core::public_address_header))
                         : std::nullopt;
         if (!base)
-            base = core::public_base(core::reached_at(context_.address, request.header("Host")));
+            base = core::public_base(core::reached_at(context_.params.address, request.header("Host")));
         forward.headers.emplace_back("Host", core::gateway_authority(*base, address_token_, ready_.port));
         // Webots says so of files, but not of pictures, which pages read to notice when they grow old.
         forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
@@ -367,7 +367,7 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
 void SimulationSession::limit_traffic()
 {
     if (tunnels_)
-        tunnels_->set_limit(context_.traffic_limit);
+        tunnels_->set_limit(context_.params.config.traffic_limit);
 }
 
 void SimulationSession::note_leaving(Failure const& failure, Channel const& channel)
@@ -544,7 +544,7 @@ bool SimulationSession::check_needs(Channel& channel)
         return false;
     }
     auto const needed = core::is_relayed(request_) ? needs->all() : needs->labels;
-    auto const missing = core::lacking(needed, context_.labels);
+    auto const missing = core::lacking(needed, context_.params.labels);
     needed_labels_ = needs->labels;
     if (missing.empty())
         return true;
@@ -624,9 +624,9 @@ asio::awaitable<result<>> SimulationSession::show_progress(std::shared_ptr<Fetch
 /// Opens the log for what the simulator prints, if such logs are kept.
 void SimulationSession::open_output(LaunchSpec& spec)
 {
-    if (!context_.simulation_logs)
+    if (!context_.hooks.simulation_logs)
         return;
-    output_ = context_.simulation_logs->open(id_);
+    output_ = context_.hooks.simulation_logs->open(id_);
     output_->write(concat("Output of ", core::world_of(request_)));
     context_.log.info(LogCause("output"), concat(log_prefix(), "What Webots prints is in ", output_->name()));
     spec.output = [log = output_.get()](std::string_view line) { log->write(line); };
@@ -698,7 +698,7 @@ void SimulationSession::extend(Duration by, Channel& channel)
 /// The simulation is ready: sends its address, and the token with which the browser can return.
 void SimulationSession::announce(Channel& channel)
 {
-    auto const address = core::reached_at(context_.address, asked_host_);
+    auto const address = core::reached_at(context_.params.address, asked_host_);
     auto const base = public_base_.empty() ? core::public_base(address) : public_base_;
     (void)channel.send(ready_.through_gateway
                            ? core::webots_gateway_message(base, address_token_, ready_.port)
@@ -727,11 +727,11 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
                               concat(log_prefix(), "Webots world is loaded, ready to receive connections"));
             ready_ = *ready;
             if (ready_.through_gateway) {
-                address_token_ = context_.new_address_token();
-                tunnels_ = std::make_shared<TunnelGroup>(context_.traffic_limit);
+                address_token_ = context_.hooks.new_address_token();
+                tunnels_ = std::make_shared<TunnelGroup>(context_.params.config.traffic_limit);
             }
             if (life_.has_grace())
-                token_ = context_.new_token();
+                token_ = context_.hooks.new_token();
             announce(channel);
         } else if (std::holds_alternative<SimulationHeartbeat>(*event)) {
             (void)channel.send(".");

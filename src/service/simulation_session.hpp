@@ -16,6 +16,7 @@
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
+#include <webots_cloud/simulation_service.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/folder_meter.hpp>
@@ -38,24 +39,21 @@ namespace webots_cloud {
 /// What the sessions of a server share.
 struct SessionContext
 {
-    SessionContext(ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger,
+    SessionContext(SimulationServiceParams const& service_params, SimulationServiceHooks const& service_hooks,
+                   ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger,
                    core::AdmissionLimits limits)
-        : fetcher(projects), launcher(simulators), clock(time), log(std::move(logger)), admission(limits)
+        : params(service_params), hooks(service_hooks), fetcher(projects), launcher(simulators), clock(time),
+          log(std::move(logger)), admission(limits)
     {}
+
+    SimulationServiceParams const& params;
+    SimulationServiceHooks const& hooks;
 
     ProjectFetcher& fetcher;
     SimulationLauncher& launcher;
     Clock& clock;
     Logger log;
-    SimulationLogs* simulation_logs = nullptr; ///< Null: what simulators print is not kept.
-    PublicAddress address;
     core::RepositoryPolicy policy;
-    std::vector<std::string> labels; ///< What this machine can run.
-    Duration reconnect_grace{};      ///< How long a simulation waits for a browser that lost its connection.
-    Duration return_grace{};         ///< The same, for a browser that has said that it returns.
-    std::function<std::string()> new_token;         ///< Not empty, unless both are 0.
-    std::function<std::string()> new_address_token; ///< Not empty where there is a gateway.
-    std::uint64_t traffic_limit = 0;                ///< Bytes per second of each simulation; 0: any number.
     core::ServiceState state;
     double load = 0; ///< Of this machine when it was last measured, in percent.
     core::Admission admission;

@@ -59,9 +59,9 @@ void check(SimulationConfig const& config)
                  config.webots_home.string(), config.display, config.projects_dir.string(),
                  config.key_dir.string(), config.multimedia_server, config.multimedia_stream,
                  config.log_dir.string()});
-    check_plain(config.allowed_repositories);
-    check_plain(config.blocked_repositories);
-    check_plain(config.notify);
+    check_plain(config.service.repositories.allowed);
+    check_plain(config.service.repositories.blocked);
+    check_plain(config.service.notify);
     for (auto const& forge : config.forges)
         check_plain({forge.url, forge.directory.string()});
     int const editors = config.docker ? 500 : 0;

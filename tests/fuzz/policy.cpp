@@ -65,15 +65,15 @@ core::ForgeOfWorld const forge_of_world(forge, RefMeaning::git);
 bool is_refused(std::vector<std::string> blocked, std::string_view url)
 {
     core::RepositoryPolicy policy;
-    policy.walled = true;
-    policy.blocked = std::move(blocked);
+    policy.outside.accepted = true;
+    policy.rules.blocked = std::move(blocked);
     return core::refusal(policy, url, forge_of_world, 0).has_value();
 }
 
 bool is_allowed(std::vector<std::string> allowed, std::string_view url)
 {
     core::RepositoryPolicy policy;
-    policy.allowed = std::move(allowed);
+    policy.rules.allowed = std::move(allowed);
     return !core::refusal(policy, url, forge_of_world, 0).has_value();
 }
 

@@ -318,7 +318,7 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     for (auto const& forge : config.forges)
         if (forge.directory.empty())
             checks.emplace_back(concat("forge ", forge.url), check_web_server(forge.url, core::judge_forge));
-    for (auto const& registry : config.notify)
+    for (auto const& registry : config.service.notify)
         checks.emplace_back(concat("registry ", registry), check_web_server(registry, core::judge_registry));
     auto more = co_await examine(std::move(checks), *clock, std::move(progress));
     findings.insert(findings.end(), more.begin(), more.end());

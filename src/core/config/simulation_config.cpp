@@ -117,7 +117,7 @@ void limit_connections(SimulationConfig& config, fs::path const& origin, std::ve
 void share_connections(ConfigReader const& reader, SimulationConfig& config)
 {
     if (!reader.has("simulationsPerAddress"))
-        config.simulations_per_address = (3 * config.max_connections + 3) / 4;
+        config.service.simulations_per_address = (3 * config.max_connections + 3) / 4;
 }
 
 /// Repositories that are on none of the forges have no effect.
@@ -319,10 +319,10 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     check_access(*reader, config.access);
     config.containers.directory = (origin.parent_path() / config.containers.directory).lexically_normal();
     read_forges(*reader, origin.parent_path(), config.forges);
-    read_notify(*reader, config.notify);
+    read_notify(*reader, config.service.notify);
     complete_session_servers(*reader, config.session_servers);
     if (config.address.host == core::asked_name)
-        config.notify.clear(); // there is no address that could be registered
+        config.service.notify.clear(); // there is no address that could be registered
     check_labels(*reader, config.labels);
     read_launcher(*reader, config);
     check_simulator_environment(*reader, config);
@@ -341,14 +341,16 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     limit_connections(config, origin, configured.warnings);
     share_connections(*reader, config);
     warn_of_plain_simulators(config, origin, configured.warnings);
-    if (!config.gateway && config.traffic_limit > 0)
+    if (!config.gateway && config.service.traffic_limit > 0)
         configured.warnings.push_back(
             concat(origin.string(), ": key \"trafficLimit\" has no effect, since \"gateway\" is false"));
     warn_of_assumed_tls(*reader, config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     warn_of_open_site(config.address, config.network, config.access, origin, configured.warnings);
-    warn_of_foreign("allowedRepositories", config.allowed_repositories, config, origin, configured.warnings);
-    warn_of_foreign("blockedRepositories", config.blocked_repositories, config, origin, configured.warnings);
+    warn_of_foreign("allowedRepositories", config.service.repositories.allowed, config, origin,
+                    configured.warnings);
+    warn_of_foreign("blockedRepositories", config.service.repositories.blocked, config, origin,
+                    configured.warnings);
     if (config.timeout < std::chrono::seconds(360)) {
         config.timeout =
             std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it

@@ -20,25 +20,26 @@ constexpr auto simulation_address = joined(
                          .min = 1,
                          .max = highest_port - 1}},
     joined(address_keys<SimulationConfig>(false, "fullyQualifiedDomainName"),
-           std::array{ConfigKey{
-                          .name = "gateway",
-                          .value = member<&SimulationConfig::gateway>,
-                          .text = "browsers reach simulations through this server's own port, at an "
-                                  "address that nobody can guess; `false`: at their ports, see "
-                                  "[docs/gateway.md](docs/gateway.md#in-front-of-simulations)",
-                      },
-                      ConfigKey{.name = "trafficLimit",
-                                .value = member<&SimulationConfig::traffic_limit>,
-                                .text = "how much a simulation and its browsers may exchange through the "
-                                        "gateway; 0: unlimited",
-                                .unit = "bytes per second",
-                                .max = 1e12,
-                                .reloaded = true},
-                      ConfigKey{.name = "publicPort",
-                                .value = unused,
-                                .text = "accepted since old files have it, and not used",
-                                .reloaded = true},
-                      schema_key}));
+           std::array{
+               ConfigKey{
+                   .name = "gateway",
+                   .value = member<&SimulationConfig::gateway>,
+                   .text = "browsers reach simulations through this server's own port, at an "
+                           "address that nobody can guess; `false`: at their ports, see "
+                           "[docs/gateway.md](docs/gateway.md#in-front-of-simulations)",
+               },
+               ConfigKey{.name = "trafficLimit",
+                         .value = member<&SimulationConfig::service, &SimulationServiceConfig::traffic_limit>,
+                         .text = "how much a simulation and its browsers may exchange through the "
+                                 "gateway; 0: unlimited",
+                         .unit = "bytes per second",
+                         .max = 1e12,
+                         .reloaded = true},
+               ConfigKey{.name = "publicPort",
+                         .value = unused,
+                         .text = "accepted since old files have it, and not used",
+                         .reloaded = true},
+               schema_key}));
 
 constexpr std::array forge_keys{
     ConfigKey{.name = "url",
@@ -65,16 +66,19 @@ constexpr std::array simulation_worlds{
               .text = "PEM file of certificates, of authorities or of servers, that are trusted besides the "
                       "system's where forges, websites and registries are asked by https"},
     ConfigKey{.name = "allowedRepositories",
-              .value = member<&SimulationConfig::allowed_repositories>,
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::repositories,
+                              &RepositoryRules::allowed>,
               .text = "the only owners and repositories whose [worlds run "
                       "here](docs/access.md#whose-worlds-run-here)",
               .reloaded = true},
     ConfigKey{.name = "blockedRepositories",
-              .value = member<&SimulationConfig::blocked_repositories>,
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::repositories,
+                              &RepositoryRules::blocked>,
               .text = "owners and repositories whose worlds do not run here",
               .reloaded = true},
     ConfigKey{.name = "shareIdleTime",
-              .value = member<&SimulationConfig::share_idle_time>,
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::repositories,
+                              &RepositoryRules::share_idle_time>,
               .text = "load below which worlds of others than `allowedRepositories` run here; 0: never",
               .unit = "percent",
               .max = 100,
@@ -303,7 +307,7 @@ constexpr std::array simulation_visitors{
               .min = 1,
               .max = 10'000},
     ConfigKey{.name = "simulationsPerAddress",
-              .value = member<&SimulationConfig::simulations_per_address>,
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::simulations_per_address>,
               .text = "maximum number of simulations of one address or IPv6 /64 network, see "
                       "[docs/access.md](docs/access.md#a-class-behind-one-address); 0: no limit",
               .absent = "3/4 of `maxConnections`",
@@ -329,18 +333,20 @@ constexpr std::array simulation_visitors{
               .min = 1,
               .max = max_seconds},
     ConfigKey{.name = "reconnectGrace",
-              .value = member<&SimulationConfig::reconnect_grace>,
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::reconnect_grace>,
               .text =
                   "time for which a simulation waits for a browser that lost its connection or reloads its "
                   "page, see [docs/visitors.md](docs/visitors.md#lost-connections)",
               .absent = "30 for pages that reconnect, 0 for others",
               .unit = "seconds",
-              .max = max_seconds},
+              .max = max_seconds,
+              .reloaded = true},
 };
 
 constexpr std::array simulation_site{
     ConfigKey{.name = "notify",
-              .value = shaped<KeyType::text_or_list, &SimulationConfig::notify>,
+              .value =
+                  shaped<KeyType::text_or_list, &SimulationConfig::service, &SimulationServiceConfig::notify>,
               .text = "registries that this server announces itself to; `[]`: none",
               .standard = R"(["https://webots.cloud/ajax/server/setup.php"])"},
     ConfigKey{.name = "sessionServers",
@@ -350,18 +356,19 @@ constexpr std::array simulation_site{
                       "[docs/discovery.md](docs/discovery.md#machines-that-announce-themselves)",
               .absent = "none"},
     ConfigKey{.name = "title",
-              .value = free_text<&SimulationConfig::title>,
+              .value = free_text<&SimulationConfig::service, &SimulationServiceConfig::title>,
               .text = "title of the monitor page",
               .reloaded = true},
     ConfigKey{.name = "description",
-              .value = free_text<&SimulationConfig::description>,
+              .value = free_text<&SimulationConfig::service, &SimulationServiceConfig::description>,
               .text = "description on the monitor page",
               .reloaded = true},
     ConfigKey{.name = "loadFormula",
-              .value = choice<&SimulationConfig::reference_load>,
+              .value = choice<&SimulationConfig::service, &SimulationServiceConfig::reference_load>,
               .text = "`reference`: computed like the Python server, where full memory is masked by an idle "
                       "processor",
-              .choices = load_formulas},
+              .choices = load_formulas,
+              .reloaded = true},
     ConfigKey{.name = "stateDir",
               .value = member<&SimulationConfig::state_dir>,
               .text =

@@ -69,7 +69,7 @@ std::vector<NamedHost> named_hosts(SimulationConfig const& config)
     for (auto const& forge : config.forges)
         if (forge.directory.empty())
             hosts.add("forges", forge.url);
-    for (auto const& registry : config.notify)
+    for (auto const& registry : config.service.notify)
         hosts.add("notify", registry);
     return hosts.take();
 }

@@ -298,20 +298,20 @@ std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_v
                                    ForgeOfWorld const& forge, double load)
 {
     World const world(url, forge);
-    auto const& allowed = policy.allowed;
+    auto const& allowed = policy.rules.allowed;
     if (std::any_of(allowed.begin(), allowed.end(),
                     [&](auto const& rule) { return rule_allows(rule, world); }))
         return std::nullopt;
-    if (!policy.walled)
+    if (!policy.outside.accepted)
         return concat("Docker not enabled: cannot host simulations from repositories outside of "
                       "\"allowedRepositories\".",
-                      policy.unwalled.empty() ? "" : " ", policy.unwalled);
-    if (policy.share_idle_time == 0)
+                      policy.outside.hint.empty() ? "" : " ", policy.outside.hint);
+    if (policy.rules.share_idle_time == 0)
         return "This simulation server is not configured to share idle time.";
-    if (load > policy.share_idle_time)
+    if (load > policy.rules.share_idle_time)
         return concat("Cannot share idle time when current load is above threshold: ", python_float(load),
                       ".");
-    auto const& blocked = policy.blocked;
+    auto const& blocked = policy.rules.blocked;
     if (std::any_of(blocked.begin(), blocked.end(),
                     [&](auto const& rule) { return rule_blocks(rule, world); }))
         return concat("Cannot run simulation from blocked repository: ", url);

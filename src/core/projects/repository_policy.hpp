@@ -1,6 +1,9 @@
 // Which projects may run here: the operator's lists, and the share of idle time for all others.
 #pragma once
 
+#include "outside_projects.hpp"
+
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/project_ref.hpp>
 
 #include <optional>
@@ -14,15 +17,12 @@ namespace webots_cloud::core {
 struct RepositoryPolicy
 {
     RepositoryPolicy() = default;
+    RepositoryPolicy(RepositoryRules repository_rules, OutsideProjects outside_projects)
+        : rules(std::move(repository_rules)), outside(std::move(outside_projects))
+    {}
 
-    std::vector<std::string> allowed; ///< URL prefixes that are always accepted.
-    std::vector<std::string> blocked; ///< URL prefixes that are refused when idle time is shared.
-    double share_idle_time =
-        50; ///< Percent: the highest load at which other repositories are accepted; 0: never.
-    /// Simulations are confined well enough for untrusted projects (`judge_outside_projects`); without, those
-    /// are never run.
-    bool walled = false;
-    std::string unwalled; ///< What would be needed for that: a sentence, or nothing.
+    RepositoryRules rules;
+    OutsideProjects outside; ///< Whether others than `rules.allowed` run here at all.
 };
 
 // A rule is a URL prefix, compared by segments, so `https://github.com/cyberbotics` does not cover

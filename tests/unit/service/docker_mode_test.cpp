@@ -82,7 +82,7 @@ SimulationServiceParams service_params()
     params.address.host = "host.org";
     params.address.ssl = false;
     params.address.port_rewrite = false;
-    params.allowed_repositories = {"https://github.com/o"};
+    params.config.repositories.allowed = {"https://github.com/o"};
     return params;
 }
 
@@ -390,9 +390,9 @@ BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
     fixture.open();
     fixture.source.add("x/r", "a.wbt");
     auto params = service_params();
-    params.blocked_repositories = {"https://github.com/evil", "https://github.com/y/r/blob/main/p"};
-    params.share_idle_time = 50;
-    fixture.service.apply(params);
+    params.config.repositories.blocked = {"https://github.com/evil", "https://github.com/y/r/blob/main/p"};
+    params.config.repositories.share_idle_time = 50;
+    fixture.service.apply(params.config);
     async::TaskGroup tasks(fixture.world.executor());
     tasks.spawn(webots_cloud::run(fixture.service));
     fixture.world.advance(4s);

@@ -113,10 +113,11 @@ struct Fixture
         : params(std::move(parameters)), hooks(std::move(service_hooks)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
           launcher(launcher_params(max_simulations), gated_processes, world.clock, log.logger()),
-          context(fetcher, launcher, world.clock, log.logger(), admission_limits(max_simulations))
+          context(params, hooks, fetcher, launcher, world.clock, log.logger(),
+                  admission_limits(max_simulations))
     {
         source.add("o/r", "a.wbt");
-        context.policy.allowed = {"https://github.com/o"};
+        context.policy.rules.allowed = {"https://github.com/o"};
         endpoints.emplace(params, hooks, context, sessions, metrics);
     }
 
@@ -495,15 +496,15 @@ BOOST_AUTO_TEST_CASE(figures_of_others_stand_below_our_own)
 BOOST_AUTO_TEST_CASE(the_monitor_is_made_once_a_second_and_anew_when_the_configuration_has_changed)
 {
     Fixture fixture;
-    fixture.params.title = "Old";
+    fixture.params.config.title = "Old";
     auto const first = fixture.get("/monitor");
     BOOST_TEST(first.status == 200);
     BOOST_TEST(has(first.text(), "Old"));
-    fixture.params.title = "New";
+    fixture.params.config.title = "New";
     BOOST_TEST((fixture.get("/monitor").shared == first.shared));
     fixture.endpoints->refresh_pages();
     BOOST_TEST(has(fixture.get("/monitor").text(), "New"));
-    fixture.params.title = "Newer";
+    fixture.params.config.title = "Newer";
     fixture.world.advance(999ms);
     BOOST_TEST(!has(fixture.get("/monitor").text(), "Newer"));
     fixture.world.advance(1ms);

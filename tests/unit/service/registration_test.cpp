@@ -34,7 +34,7 @@ BOOST_AUTO_TEST_CASE(a_registry_is_asked_once_by_a_form_and_its_answer_logged_bu
     RegistrationParams params;
     params.registries = {"http://r/"};
     params.url = "https://host/2000";
-    params.share_idle_time = 50;
+    params.repositories.share_idle_time = 50;
     Registration registration(params, http, world.clock, log.logger());
     async::TaskGroup tasks(world.executor());
     tasks.spawn(run(registration));
@@ -119,8 +119,8 @@ BOOST_AUTO_TEST_CASE(registries_are_told_again_when_what_they_know_has_changed_a
     registration.apply(params); // registries and address are not taken over
     world.advance(1s);
     BOOST_TEST(http.requests().size() == 2u);
-    params.share_idle_time = 12.5;
-    params.allowed_repositories = {"a"};
+    params.repositories.share_idle_time = 12.5;
+    params.repositories.allowed = {"a"};
     registration.apply(params);
     world.advance(1h);
     BOOST_TEST_REQUIRE(http.requests().size() ==
@@ -144,7 +144,7 @@ BOOST_AUTO_TEST_CASE(a_change_while_a_registry_is_being_asked_counts)
     async::TaskGroup tasks(world.executor());
     tasks.spawn(run(registration));
     world.advance(1s);
-    params.share_idle_time = 0;
+    params.repositories.share_idle_time = 0;
     registration.apply(params);
     world.advance(1h);
     BOOST_TEST(http.requests().size() == 2u);

@@ -146,7 +146,7 @@ BOOST_AUTO_TEST_CASE(browsers_are_told_nothing_but_the_error)
 BOOST_AUTO_TEST_CASE(a_client_with_its_share_is_refused_here_alone)
 {
     auto params = simulation_service_params();
-    params.simulations_per_address = 1;
+    params.config.simulations_per_address = 1;
     Fixture fixture(std::move(params));
     fixture.processes.expect().prints(".\n");
     auto& first = fixture.say("a", start(world_url, relayed));

@@ -28,11 +28,11 @@ namespace webots_cloud {
 inline SimulationServiceParams simulation_service_params(Duration grace = {})
 {
     SimulationServiceParams params;
-    params.reconnect_grace = grace;
+    params.config.reconnect_grace = grace;
     params.address.host = "host.org";
     params.address.ssl = false;
     params.address.port_rewrite = false;
-    params.allowed_repositories = {"https://github.com/o"};
+    params.config.repositories.allowed = {"https://github.com/o"};
     return params;
 }
 

@@ -224,7 +224,7 @@ BOOST_AUTO_TEST_CASE(files_are_read_only)
 BOOST_AUTO_TEST_CASE(the_limit_of_traffic_can_be_changed_while_a_simulation_runs)
 {
     auto params = simulation_service_params();
-    params.traffic_limit = 1000;
+    params.config.traffic_limit = 1000;
     Fixture fixture(params);
     auto& browser = fixture.start();
     auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
@@ -232,8 +232,8 @@ BOOST_AUTO_TEST_CASE(the_limit_of_traffic_can_be_changed_while_a_simulation_runs
     (void)group->allowance(now);
     group->count_sent(1'000'000'000);
     BOOST_TEST(group->allowance(now) == 0u);
-    params.traffic_limit = 0;
-    fixture.service.apply(params);
+    params.config.traffic_limit = 0;
+    fixture.service.apply(params.config);
     BOOST_TEST(group->allowance(now) > 0u);
     fixture.leave(browser);
 }

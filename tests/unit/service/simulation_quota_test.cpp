@@ -17,7 +17,7 @@ constexpr auto refusal = "loading: Error: Your network has ";
 SimulationServiceParams quota_params(std::size_t max_of_a_client)
 {
     auto params = simulation_service_params(30s);
-    params.simulations_per_address = max_of_a_client;
+    params.config.simulations_per_address = static_cast<int>(max_of_a_client);
     return params;
 }
 
@@ -232,10 +232,10 @@ BOOST_AUTO_TEST_CASE(the_limit_can_be_raised_while_simulations_run)
     Fixture fixture(1);
     auto& first = fixture.run_one("a");
     BOOST_TEST(fixture.start("a").was_told(refusal));
-    fixture.service.apply(quota_params(2));
+    fixture.service.apply(quota_params(2).config);
     auto& second = fixture.run_one("a");
     BOOST_TEST(fixture.start("a").was_told(refusal));
-    fixture.service.apply(quota_params(1));
+    fixture.service.apply(quota_params(1).config);
     fixture.leave(first);
     BOOST_TEST(fixture.start("a").was_told(refusal), "the second runs on");
     fixture.leave(second);

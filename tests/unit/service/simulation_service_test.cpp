@@ -176,8 +176,8 @@ BOOST_AUTO_TEST_CASE(init_needs_no_allowed_repository_but_a_server_that_is_not_d
 {
     Fixture fixture;
     auto params = simulation_service_params();
-    params.allowed_repositories.clear();
-    fixture.service.apply(params);
+    params.config.repositories.allowed.clear();
+    fixture.service.apply(params.config);
     fixture.processes.expect().prints("open\n");
     auto& first = fixture.start(init_message);
     BOOST_TEST(first.sent.back() == "webots:ws://host.org:2001");
@@ -682,7 +682,7 @@ BOOST_AUTO_TEST_CASE(the_load_is_that_of_the_configured_formula)
 {
     for (bool const strict : {true, false}) {
         auto params = simulation_service_params();
-        params.strict_load = strict;
+        params.config.reference_load = !strict;
         Fixture fixture(params);
         fixture.metrics.cpu = 10;
         fixture.metrics.next.memory_used = 96;
@@ -992,7 +992,7 @@ BOOST_AUTO_TEST_CASE(without_a_grace_no_token_is_given_and_a_lost_browser_ends_i
 BOOST_AUTO_TEST_CASE(who_can_return_is_waited_for_when_its_page_is_left_and_others_are_not)
 {
     SimulationServiceParams params = simulation_service_params();
-    params.return_grace = 30s;
+    params.config.reconnect_grace = std::nullopt;
     Fixture fixture(std::move(params));
     for (int i = 0; i < 4; ++i)
         fixture.processes.expect().prints(".\n");

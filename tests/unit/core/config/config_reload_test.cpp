@@ -73,8 +73,8 @@ BOOST_AUTO_TEST_CASE(what_may_change_is_copied_and_named_and_the_rest_stays)
     auto const changes = core::take_reloaded(in_force, next);
     BOOST_TEST(sorted(changes.applied) == (Keys{"shareIdleTime", "title"}), boost::test_tools::per_element());
     BOOST_TEST(changes.waiting == Keys{"maxConnections"}, boost::test_tools::per_element());
-    BOOST_TEST(in_force.title == "new");
-    BOOST_TEST(in_force.share_idle_time == 50);
+    BOOST_TEST(in_force.service.title == "new");
+    BOOST_TEST(in_force.service.repositories.share_idle_time == 50);
     BOOST_TEST(in_force.max_connections == 8);
     BOOST_TEST(core::take_reloaded(in_force, next).applied.empty());
 }
@@ -94,7 +94,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_server_takes_over_its_policy_and_texts)
 {
     auto const next = simulation(
         R"({"allowedRepositories":["https://a"],"blockedRepositories":["https://b"],"shareIdleTime":1,
-        "simulationsPerAddress":3,"trafficLimit":5,"title":"t","description":"d","monitorAddresses":["10.0.0.1"]})");
+        "simulationsPerAddress":3,"trafficLimit":5,"title":"t","description":"d","reconnectGrace":5,"loadFormula":"reference","monitorAddresses":["10.0.0.1"]})");
     BOOST_TEST(keys_for_restart(simulation("{}"), next).empty());
 }
 
@@ -105,9 +105,8 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
         "dockerImages":"i","projectDockerfiles":true,"persistantDockerImages":[],"forges":[],"caFile":"a","notify":"https://a",
         "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","labels":["gpu"],"display":":1","sandbox":"docker","simulationUser":"u","confineServer":false,"network":"host","simulationMemory":512,"simulationCpus":2,
         "simulationProcesses":50,"simulationFiles":100,"simulationDisk":10,"gateway":false,"simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
-        "extendable":60,"startTimeout":1,"reconnectGrace":5,
-        "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false,
-        "loadFormula":"reference"})");
+        "extendable":60,"startTimeout":1,
+        "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false})");
     auto keys = keys_for_restart(simulation("{}"), next);
     auto const more = keys_for_restart(simulation("{}"), simulation(R"({"sslCertificate":"c","sslKey":"k",
         "connectionsPerAddress":5,"pingTimeout":9,"trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x",

@@ -453,7 +453,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST(config.address.ssl);
     BOOST_TEST(config.address.port_rewrite);
     BOOST_TEST(config.max_connections == 100);
-    BOOST_TEST(config.share_idle_time == 50);
+    BOOST_TEST(config.service.repositories.share_idle_time == 50);
     BOOST_TEST((config.timeout == std::chrono::seconds(7200)));
     BOOST_TEST_REQUIRE(config.forges.size() == 1u);
     BOOST_TEST(config.forges[0].url == "https://github.com");
@@ -462,14 +462,14 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST(config.ca_file.empty());
     BOOST_TEST(config.address.host == "localhost");
     BOOST_TEST(!config.docker);
-    BOOST_TEST(config.allowed_repositories.empty());
-    BOOST_TEST(config.blocked_repositories.empty());
+    BOOST_TEST(config.service.repositories.allowed.empty());
+    BOOST_TEST(config.service.repositories.blocked.empty());
     BOOST_TEST(config.log_dir == "log");
     BOOST_TEST(!config.debug);
     BOOST_TEST(config.monitor_log);
     BOOST_TEST(config.confine_server);
-    BOOST_TEST(config.title.empty());
-    BOOST_TEST(config.description.empty());
+    BOOST_TEST(config.service.title.empty());
+    BOOST_TEST(config.service.description.empty());
     BOOST_TEST(config.webots_home.empty());
     BOOST_TEST(!config.containers.persistent_images);
     BOOST_TEST((config.network.ssl_certificate.empty() && config.network.ssl_key.empty()));
@@ -479,8 +479,8 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
 {
     auto const config = parse_simulation_config("{}", "/etc/c.json").value().config;
     BOOST_TEST((config.start_timeout == std::chrono::seconds(300)));
-    BOOST_TEST(!config.reconnect_grace);
-    BOOST_TEST(!config.reference_load);
+    BOOST_TEST(!config.service.reconnect_grace);
+    BOOST_TEST(!config.service.reference_load);
     BOOST_TEST((config.simulation_log_keep == std::chrono::hours(24 * 7)));
     BOOST_TEST(config.cache_bytes == std::uint64_t{10} << 30);
     BOOST_TEST(config.containers.directory == "/etc/docker");
@@ -488,7 +488,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
     BOOST_TEST(!config.containers.project_dockerfiles);
     BOOST_TEST(!config.json_log);
     BOOST_TEST(config.gateway);
-    BOOST_TEST(config.traffic_limit == 0u);
+    BOOST_TEST(config.service.traffic_limit == 0u);
 }
 
 BOOST_AUTO_TEST_CASE(folders_of_templates_and_keys_are_those_of_the_first_generations)
@@ -802,12 +802,13 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
          [](auto const& c) { return c.slurm->copy_to == "/tmp"; }},
         {R"("allowedRepositories":["https://github.com/a","https://"])",
          [](auto const& c) {
-             return c.allowed_repositories == Texts{"https://github.com/a", "https://"};
+             return c.service.repositories.allowed == Texts{"https://github.com/a", "https://"};
          }},
         {R"("blockedRepositories":["https://github.com/a"])",
-         [](auto const& c) { return c.blocked_repositories == Texts{"https://github.com/a"}; }},
-        {R"("shareIdleTime":12.5)", [](auto const& c) { return c.share_idle_time == 12.5; }},
-        {R"("notify":["http://a"])", [](auto const& c) { return c.notify == Texts{"http://a"}; }},
+         [](auto const& c) { return c.service.repositories.blocked == Texts{"https://github.com/a"}; }},
+        {R"("shareIdleTime":12.5)",
+         [](auto const& c) { return c.service.repositories.share_idle_time == 12.5; }},
+        {R"("notify":["http://a"])", [](auto const& c) { return c.service.notify == Texts{"http://a"}; }},
         {R"("projectsDir":"/p")", [](auto const&) { return true; }},
         {R"("sandbox":"bubblewrap")", [](auto const& c) { return c.sandbox == "bubblewrap" && !c.docker; }},
         {R"("sandbox":"firejail")", [](auto const& c) { return c.sandbox == "firejail" && !c.docker; }},
@@ -827,7 +828,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("monitorLogEnabled":false)", [](auto const& c) { return !c.monitor_log; }},
         {R"("debug":true)", [](auto const& c) { return c.debug; }},
         {R"("title":"t","description":"d")",
-         [](auto const& c) { return c.title == "t" && c.description == "d"; }},
+         [](auto const& c) { return c.service.title == "t" && c.service.description == "d"; }},
         {R"("persistantDockerImages":["r:t"])",
          [](auto const& c) { return c.containers.persistent_images == std::vector<std::string>{"r:t"}; }},
         {R"("docker":false)", [](auto const& c) { return !c.containers.persistent_images; }},
@@ -845,13 +846,14 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("extendable":900)", [](auto const& c) { return c.extendable == std::chrono::seconds(900); }},
         {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
         {R"("reconnectGrace":1.5)",
-         [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
-        {R"("reconnectGrace":0)", [](auto const& c) { return c.reconnect_grace == Duration::zero(); }},
+         [](auto const& c) { return c.service.reconnect_grace == std::chrono::milliseconds(1500); }},
+        {R"("reconnectGrace":0)",
+         [](auto const& c) { return c.service.reconnect_grace == Duration::zero(); }},
         {R"("simulationLogDays":0.5)",
          [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
         {R"("gateway":false)", [](auto const& c) { return !c.gateway; }},
-        {R"("trafficLimit":2500000)", [](auto const& c) { return c.traffic_limit == 2'500'000; }},
-        {R"("loadFormula":"reference")", [](auto const& c) { return c.reference_load; }},
+        {R"("trafficLimit":2500000)", [](auto const& c) { return c.service.traffic_limit == 2'500'000; }},
+        {R"("loadFormula":"reference")", [](auto const& c) { return c.service.reference_load; }},
         {R"("fetchMemory":256)", [](auto const& c) { return c.fetch_memory == std::uint64_t{256} << 20; }},
         {R"("fetchDisk":0.5)", [](auto const& c) { return c.fetch_disk == std::uint64_t{512} << 20; }},
         {R"("simulationMemory":512)",
@@ -865,8 +867,10 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("cacheSize":1)", [](auto const& c) { return c.cache_bytes == std::uint64_t{1} << 30; }},
         {R"("connectionsPerAddress":3)",
          [](auto const& c) { return c.network.connections_per_address == 3; }},
-        {R"("simulationsPerAddress":7)", [](auto const& c) { return c.simulations_per_address == 7; }},
-        {R"("simulationsPerAddress":0)", [](auto const& c) { return c.simulations_per_address == 0; }},
+        {R"("simulationsPerAddress":7)",
+         [](auto const& c) { return c.service.simulations_per_address == 7; }},
+        {R"("simulationsPerAddress":0)",
+         [](auto const& c) { return c.service.simulations_per_address == 0; }},
         {R"("trustedProxies":["10.0.0.0/8"])",
          [](auto const& c) { return c.network.trusted_proxies == std::vector<std::string>{"10.0.0.0/8"}; }},
     };
@@ -922,10 +926,10 @@ BOOST_AUTO_TEST_CASE(trusted_proxies_are_addresses_and_networks)
 BOOST_AUTO_TEST_CASE(an_address_may_have_three_quarters_of_the_simulations_unless_the_operator_says_otherwise)
 {
     auto const share = [](std::string_view text) {
-        return parse_simulation_config(text, "c.json")->config.simulations_per_address;
+        return parse_simulation_config(text, "c.json")->config.service.simulations_per_address;
     };
     BOOST_TEST(share("{}") == 75);
-    BOOST_TEST(SimulationConfig().simulations_per_address == 75);
+    BOOST_TEST(SimulationConfig().service.simulations_per_address == 75);
     BOOST_TEST(share(R"({"maxConnections":20})") == 15);
     BOOST_TEST(share(R"({"maxConnections":3})") == 3);
     BOOST_TEST(share(R"({"maxConnections":1})") == 1);
@@ -1029,9 +1033,9 @@ BOOST_AUTO_TEST_CASE(a_site_without_a_name_says_where_its_machines_are)
 BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
 {
     auto const notify = [](std::string_view text) {
-        return parse_simulation_config(text, "c.json")->config.notify;
+        return parse_simulation_config(text, "c.json")->config.service.notify;
     };
-    BOOST_TEST(SimulationConfig().notify.empty(), "who embeds a server registers it, or does not");
+    BOOST_TEST(SimulationConfig().service.notify.empty(), "who embeds a server registers it, or does not");
     BOOST_TEST(notify("{}") == std::vector<std::string>{"https://webots.cloud/ajax/server/setup.php"},
                boost::test_tools::per_element());
     BOOST_TEST(notify(R"({"notify":"http://a"})") == std::vector<std::string>{"http://a"},
@@ -1283,7 +1287,7 @@ BOOST_AUTO_TEST_CASE(values_that_reach_requests_commands_and_file_names_have_no_
                             "persistantDockerImages", "simulatorEnvironment"})
         refused(key, R"(["https://a\nb"])");
     auto const shown = parse_simulation_config(R"({"title":"A\tB","description":"Two\nlines"})", "c.json");
-    BOOST_TEST(shown->config.description == "Two\nlines");
+    BOOST_TEST(shown->config.service.description == "Two\nlines");
 }
 
 BOOST_AUTO_TEST_CASE(messages_show_no_raw_control_characters_whatever_the_file_is_called_and_says)

@@ -43,7 +43,7 @@ BOOST_AUTO_TEST_CASE(of_a_simulation_server)
     config.address.host = "*";
     config.forges.emplace_back("local:").directory = "/srv/worlds";
     config.forges.emplace_back("http://10.0.0.9:3000");
-    config.notify = {"https://registry.example.org/setup"};
+    config.service.notify = {"https://registry.example.org/setup"};
     std::vector<NamedHost> const expected{NamedHost("forges", "github.com"),
                                           NamedHost("notify", "registry.example.org")};
     BOOST_TEST((named_hosts(config) == expected));

@@ -16,10 +16,10 @@ ForgeOfWorld const folder("local:", RefMeaning::none);
 RepositoryPolicy sharing()
 {
     RepositoryPolicy policy;
-    policy.allowed = {"https://github.com/cyberbotics", "https://github.com/o/r/blob/main/projects"};
-    policy.blocked = {"https://github.com/evil"};
-    policy.share_idle_time = 50;
-    policy.walled = true;
+    policy.rules.allowed = {"https://github.com/cyberbotics", "https://github.com/o/r/blob/main/projects"};
+    policy.rules.blocked = {"https://github.com/evil"};
+    policy.rules.share_idle_time = 50;
+    policy.outside.accepted = true;
     return policy;
 }
 
@@ -253,7 +253,7 @@ BOOST_AUTO_TEST_CASE(where_it_is_unknown_what_refs_mean_a_rule_with_one_blocks_t
 BOOST_AUTO_TEST_CASE(what_is_allowed_is_never_blocked)
 {
     auto policy = sharing();
-    policy.blocked = policy.allowed;
+    policy.rules.blocked = policy.rules.allowed;
     BOOST_TEST(!refusal(policy, "https://github.com/cyberbotics/webots/blob/main/worlds/a.wbt", github, 0));
 }
 
@@ -268,14 +268,14 @@ BOOST_AUTO_TEST_CASE(others_are_refused_in_the_words_that_browsers_know)
         "Cannot run simulation from blocked repository: https://github.com/evil/x/blob/main/worlds/a.wbt");
     BOOST_TEST(refusal(policy, "https://github.com/evil/x/blob/main/worlds/a.wbt", github, 60)
                    ->starts_with("Cannot share idle time"));
-    policy.share_idle_time = 0;
+    policy.rules.share_idle_time = 0;
     BOOST_TEST(*refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
                "This simulation server is not configured to share idle time.");
-    policy.walled = false;
+    policy.outside.accepted = false;
     BOOST_TEST(
         *refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
         "Docker not enabled: cannot host simulations from repositories outside of \"allowedRepositories\".");
-    policy.unwalled = "Its operator can do more.";
+    policy.outside.hint = "Its operator can do more.";
     BOOST_TEST(*refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
                "Docker not enabled: cannot host simulations from repositories outside of "
                "\"allowedRepositories\". Its operator can do more.");
