@@ -36,8 +36,8 @@ asio::awaitable<result<>> serve(asio::any_io_executor executor, std::uint16_t po
     LoadMonitor monitor(*http, *clock);
     Scheduler scheduler;
     SessionServiceParams service_params;
-    service_params.ssl = false; // browsers are sent to ws://
-    service_params.port = port;
+    service_params.address.ssl = false; // browsers are sent to ws://
+    service_params.address.port = port;
     SessionService service(service_params, monitor, scheduler, *clock, log);
     service.set_servers(machines); // of the monitor and the scheduler too
 

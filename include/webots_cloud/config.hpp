@@ -60,6 +60,49 @@ struct AccessConfig
     bool operator==(AccessConfig const&) const = default;
 };
 
+/// The keys that SessionService obeys.
+struct SessionServiceConfig
+{
+    SessionServiceConfig() = default;
+
+    /// `gateway`: requests for `/2000/...` are passed on to the simulation server `host/2000`, those for
+    /// `/machine/...` to machines that were found. Default: where an entry of `simulationServers` has
+    /// `internal`.
+    bool gateway = false;
+    /// `relay`: the session server takes `/client` itself, finds a machine when a browser asks for a
+    /// simulation, and relays. Otherwise `/session` answers the address of a machine.
+    bool relay = false;
+    /// `waitingRoom`: with `relay`, how many browsers may wait for a machine; 0: none.
+    int waiting_room = 1000;
+    /// `sessionBurst` and `sessionRate`: requests for `/session` of each client
+    /// (`IncomingRequest::quota_key`), at once and a second in the long run. Either 0: no limit.
+    int session_burst = 200;
+    double session_rate = 10;
+    /// `decisionsForAll`: `/api/decisions` answers everybody, not the operator alone.
+    bool decisions_for_all = false;
+    std::string teacher_password; ///< `teacherPassword`: opens classes. Empty: nobody can.
+    /// `teacherPasswordFile`, instead: its only line is the password. The program reads it, not the service.
+    std::filesystem::path teacher_password_file;
+    std::string viewer_url;  ///< `viewerUrl`: the world that the viewer page proposes.
+    Duration pause_hidden{}; ///< `pauseHidden`, in seconds; 0: simulations of hidden pages run on.
+};
+
+/// Mails to the operator.
+struct MailConfig
+{
+    MailConfig() = default;
+
+    /// `administrator`: the address that gets them. Empty: nobody; also when `mailServer` or `mailSender`
+    /// is missing.
+    std::string administrator;
+    std::string server;            ///< `mailServer`: a name or an address.
+    std::uint16_t server_port = 0; ///< `mailServerPort`; 0: 25.
+    std::string sender;            ///< `mailSender`: an address.
+    std::string user;              ///< `mailSenderUser`: for the login; the sender unless given.
+    /// `mailSenderPassword`. Not empty: STARTTLS and a login, or no mail. Empty: neither.
+    std::string password;
+};
+
 /// `config/session/*.json` (protocol section 8.1).
 struct SessionConfig
 {
@@ -72,27 +115,18 @@ struct SessionConfig
     std::vector<ServerSpec> simulation_servers;
     /// `announcements`: simulation servers that know `sessionSecret` may announce themselves.
     bool announcements = false;
-    /// `nameServers`: who is asked for the names of `simulationServers`: addresses, with a port or without.
-    /// Empty: those of the system.
+    /// `nameServers`: who is asked for the names of `simulationServers`: addresses, with a port or
+    /// without. Empty: those of the system.
     std::vector<std::string> name_servers;
     /// `discoverLoopback`: names and announcements may lead to this machine's loopback addresses.
     bool discover_loopback = false;
-    /// `gateway`: requests for `/2000/...` are passed on to the simulation server `host/2000`, those for
-    /// `/machine/...` to machines that were found. Default: where an entry of `simulationServers` has
-    /// `internal`.
-    bool gateway = false;
     NetworkConfig network;
-    /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when simulation
-    /// servers are reached by TLS.
+    SessionServiceConfig service;
+    MailConfig mail;
+    /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when
+    /// simulation servers are reached by TLS.
     std::filesystem::path ca_file;
     AccessConfig access;
-    /// `administrator`: who gets e-mails. Empty: nobody; also when `mailServer` or `mailSender` is missing.
-    std::string administrator;
-    std::string mail_server;               ///< `mailServer`: host.
-    std::uint16_t mail_server_port = 0;    ///< `mailServerPort`; 0: 25.
-    std::string mail_sender;               ///< `mailSender`: address.
-    std::string mail_sender_user;          ///< `mailSenderUser`: login; the sender unless given.
-    std::string mail_sender_password;      ///< `mailSenderPassword`; not empty: STARTTLS and login.
     std::filesystem::path log_dir = "log"; ///< `logDir`
     bool debug = false;                    ///< `debug`: log to standard output instead of the file.
     bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
@@ -101,18 +135,6 @@ struct SessionConfig
     double load_threshold = 95;                            ///< `loadThreshold`, percent.
     std::string scheduling = "least_committed";            ///< `scheduling`: a policy of the Scheduler.
     Duration placement_timeout = std::chrono::seconds(60); ///< `placementTimeout`, in seconds.
-    int session_burst = 200;  ///< `sessionBurst`: of one client, at once; 0: any number.
-    double session_rate = 10; ///< `sessionRate`: of one client, a second; 0: any number.
-    /// `relay`: the session server takes `/client` itself, finds a machine when a browser asks for a
-    /// simulation, and relays.
-    bool relay = false;
-    int waiting_room = 1000; ///< `waitingRoom`: with `relay`, so many may wait for a machine; 0: nobody.
-    bool decisions_for_all = false; ///< `decisionsForAll`: `/api/decisions` answers everybody.
-    std::string teacher_password;   ///< `teacherPassword`: opens classes. Empty: nobody can.
-    std::filesystem::path
-        teacher_password_file; ///< `teacherPasswordFile`, instead: its only line is the password.
-    std::string viewer_url;    ///< `viewerUrl`: the world that the viewer page proposes.
-    Duration pause_hidden{};   ///< `pauseHidden`, in seconds; 0: simulations of hidden pages run on.
 };
 
 /// A forge of the configuration: where world URLs may point.
@@ -193,8 +215,8 @@ struct SlurmConfig
 
     SlurmJobConfig job;
     std::vector<SlurmOverrideConfig> overrides; ///< The first that fits counts.
-    /// `copyTo`: a folder of each node, absolute, that projects are copied into. Empty: the nodes see those
-    /// of the server.
+    /// `copyTo`: a folder of each node, absolute, that projects are copied into. Empty: the nodes see
+    /// those of the server.
     std::filesystem::path copy_to;
 
     bool operator==(SlurmConfig const&) const = default;
@@ -229,11 +251,11 @@ struct SimulationServiceConfig
     /// `simulationsPerAddress`: how many simulations a client (`IncomingRequest::quota_key`) may have at
     /// once; 0: any number. Default: three quarters of `max_connections`.
     int simulations_per_address = 75;
-    /// `reconnectGrace`, in seconds: how long a lost browser may return. Absent: 30 seconds for pages that
-    /// say that they return, and no time for others.
+    /// `reconnectGrace`, in seconds: how long a lost browser may return. Absent: 30 seconds for pages
+    /// that say that they return, and no time for others.
     std::optional<Duration> reconnect_grace;
-    /// `trafficLimit`: bytes per second, of all that browsers and one simulation say to each other through
-    /// the server; 0: any number.
+    /// `trafficLimit`: bytes per second, of all that browsers and one simulation say to each other
+    /// through the server; 0: any number.
     std::uint64_t traffic_limit = 0;
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file
     /// without the key means that of webots.cloud; a program that makes its configuration itself
@@ -265,16 +287,18 @@ struct SimulationConfig
     /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when forges,
     /// websites and registries are asked by https.
     std::filesystem::path ca_file;
-    /// `sessionServers`: URLs of session servers to which this server announces itself, with `sessionSecret`.
+    /// `sessionServers`: URLs of session servers to which this server announces itself, with
+    /// `sessionSecret`.
     std::vector<std::string> session_servers;
     std::uint64_t cache_bytes = std::uint64_t{10}
                                 << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
-    /// `stateDir`: what the server works with, projects of running simulations above all. Empty: the folder
-    /// that systemd names (`STATE_DIRECTORY`), else `webots_cloud` in `XDG_STATE_HOME` or `~/.local/state`,
-    /// else one in the folder for temporary files (docs/machine.md, "Files and folders").
+    /// `stateDir`: what the server works with, projects of running simulations above all. Empty: the
+    /// folder that systemd names (`STATE_DIRECTORY`), else `webots_cloud` in `XDG_STATE_HOME` or
+    /// `~/.local/state`, else one in the folder for temporary files (docs/machine.md, "Files and
+    /// folders").
     std::filesystem::path state_dir;
-    /// `fetchMemory`, in megabytes, and `fetchDisk`, in gigabytes: what all fetches of projects together may
-    /// take.
+    /// `fetchMemory`, in megabytes, and `fetchDisk`, in gigabytes: what all fetches of projects together
+    /// may take.
     std::uint64_t fetch_memory = std::uint64_t{1} << 30;
     std::uint64_t fetch_disk = std::uint64_t{8} << 30;
     std::filesystem::path webots_home; ///< `webotsHome`
@@ -284,14 +308,14 @@ struct SimulationConfig
     std::string display;
     /// `sandbox`: `auto`, `none`, `bubblewrap`, `firejail`, or `docker`, which is the same as `docker`.
     std::string sandbox = "auto";
-    /// `simulationUser`: who runs simulations: `auto`, `none` (the server's user), `subordinate`, or the name
-    /// of a user.
+    /// `simulationUser`: who runs simulations: `auto`, `none` (the server's user), `subordinate`, or the
+    /// name of a user.
     std::string simulation_user = "auto";
-    /// `confineServer`: what handles requests and projects can open only the server's own files, where the
-    /// kernel has Landlock.
+    /// `confineServer`: what handles requests and projects can open only the server's own files, where
+    /// the kernel has Landlock.
     bool confine_server = true;
-    std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach: `internet`
-                                            ///< (public addresses), `none`, `host`.
+    std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach:
+                                            ///< `internet` (public addresses), `none`, `host`.
     LimitsConfig limits;                    ///< `simulationMemory` and the like.
     /// `gateway`: browsers reach simulations through this server's own port; `false`: at ports of theirs.
     bool gateway = true;
@@ -326,8 +350,8 @@ struct Configured
     std::vector<std::string> notes;    ///< A sentence each: what people may miss although nothing is wrong.
 };
 
-/// Reads a configuration. `origin` is the file's name, for messages; relative `directory`s of forges start at
-/// its folder.
+/// Reads a configuration. `origin` is the file's name, for messages; relative `directory`s of forges
+/// start at its folder.
 ///
 /// `~` and `$NAME` are expanded in paths.
 /// Errors: `invalid_config`, a line for each fault with file, line, column, key, wanted and found.

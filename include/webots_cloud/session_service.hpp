@@ -2,6 +2,7 @@
 // adapter.
 #pragma once
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/load_monitor.hpp>
@@ -27,39 +28,19 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// What SessionService answers with, and its limits.
 struct SessionServiceParams
 {
-    SessionServiceParams() = default;
+    SessionServiceParams() { address.port = 1999; }
 
-    bool ssl = true;           ///< Browsers are sent to `wss://` instead of `ws://`.
-    double threshold = 95;     ///< Percent: shown red on the monitor page from here on.
-    std::uint16_t port = 1999; ///< Our own, for the monitor page behind a proxy that rewrites ports.
+    SessionServiceConfig config;
+    double threshold = 95; ///< Percent: shown red on the monitor page from here on.
     /// Between two points of the monitor page's charts. Default 5 s, as the polls: more would draw the same
     /// load twice.
     Duration history_step = std::chrono::seconds(5);
-    /// Limits requests for `/session` of each client (`IncomingRequest::quota_key`): so many at once, and so
-    /// many a second in the long run. Either 0: no limit.
-    std::size_t session_burst = 0;
-    double session_rate = 0;
-    /// Requests for `/2000/...` are passed on to the server of that port with an internal address (its
-    /// ServerSpec), and those for `/machine/<id>/...` to the server with that path, unless the path is the
-    /// operator's.
-    bool gateway = false;
-    /// `/session` answers this server's own address, whose `/client` finds a machine when a browser asks for
-    /// a simulation, and relays. Only with `SessionServiceHooks::websockets`.
-    bool relay = false;
-    /// With `relay`: so many browsers may wait for a machine; 0: none.
-    std::size_t waiting_places = 1000;
     /// With `relay`: machines are found (MachineDiscovery), so that not all of them are known at the start.
     bool finds_machines = false;
-    /// With `relay` and for machines with paths of their own: where the world outside reaches this server,
-    /// and other names that it has.
-    PublicAddress own_address;
-    std::vector<std::string> own_names;
-    /// `GET /api/decisions` answers everybody, not the operator alone.
-    bool decisions_for_all = false;
-    /// Of teachers, who open classes with it; empty: nobody can.
-    std::string teacher_password;
-    /// What the viewer page suggests (JSON: url, mode, notice); empty: nothing.
-    std::string viewer_defaults;
+    /// Where the world outside reaches this server, and other names that it has; its `ssl` is that of
+    /// machines, too: browsers are sent to `wss://` instead of `ws://`.
+    PublicAddress address;
+    std::vector<std::string> other_names;
 };
 
 /// Optional callbacks of a SessionService. None of them may block.
@@ -74,7 +55,7 @@ struct SessionServiceHooks
     std::function<std::string(std::string_view server)> make_ticket;
     /// So many bytes that nobody can guess, for the codes and keys of classes. Empty: there are no classes.
     std::function<std::string(std::size_t size)> random_bytes;
-    /// To simulation servers, for `SessionServiceParams::relay`. Must outlive the service.
+    /// To simulation servers, for `SessionServiceConfig::relay`. Must outlive the service.
     WebSocketClient* websockets = nullptr;
     /// Signs the tickets with which browsers that wait keep their places (HMAC-SHA256), the same after a
     /// restart. Empty: they keep none.
@@ -106,7 +87,7 @@ public:
                    Logger log, SessionServiceHooks hooks = SessionServiceHooks());
     ~SessionService() override;
 
-    /// Takes other parameters, but for `port` and `history_step`, which stay. Browsers stay connected.
+    /// Takes other parameters, but for the port and `history_step`, which stay. Browsers stay connected.
     void apply(SessionServiceParams params);
 
     /// The simulation servers from now on, for the monitor and the scheduler too, which get their lists from

@@ -142,15 +142,15 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
 {
     warn_of_challenges(configured.warnings, configured.config.network, origin);
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
-    if (!configured.config.mail_sender_password.empty())
+    if (!configured.config.mail.password.empty())
         warn_of_open_secret(configured.warnings, origin, "\"mailSenderPassword\"");
     if (auto const certified = check_network(configured.config.network); !certified)
         return certified;
-    if (!configured.config.teacher_password.empty())
+    if (!configured.config.service.teacher_password.empty())
         warn_of_open_secret(configured.warnings, origin, "\"teacherPassword\"");
     if (auto const trusted = check_trust(configured.config.ca_file); !trusted)
         return trusted;
-    if (auto const& file = configured.config.teacher_password_file; !file.empty()) {
+    if (auto const& file = configured.config.service.teacher_password_file; !file.empty()) {
         std::error_code ignored;
         if (!fs::exists(file, ignored))
             configured.warnings.push_back(

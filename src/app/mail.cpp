@@ -5,12 +5,7 @@ namespace webots_cloud::app {
 SmtpParams smtp_params(SessionConfig const& config)
 {
     SmtpParams params;
-    params.host = config.mail_server;
-    params.port = config.mail_server_port;
-    params.sender = config.mail_sender;
-    params.recipient = config.administrator;
-    params.user = config.mail_sender_user;
-    params.password = config.mail_sender_password;
+    params.mail = config.mail;
     params.own_name = config.address.host;
     return params;
 }

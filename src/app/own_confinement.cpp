@@ -84,14 +84,14 @@ void add_targets(std::vector<fs::path>& files, fs::path const& config_file, Netw
 
 result<> confine_session_server(SessionConfig config, fs::path const& config_file)
 {
-    make_absolute({&config.log_dir, &config.ca_file, &config.teacher_password_file});
+    make_absolute({&config.log_dir, &config.ca_file, &config.service.teacher_password_file});
     make_absolute(config.network, config.access);
     auto const file = app::absolute_path(config_file);
     auto const socket = app::operator_socket("session", config.address.port, config.access);
     auto files = core::session_server_files(config, file, socket);
     add_targets(files.read, file, config.network, config.access);
     add_targets(files.read, config.ca_file);
-    add_targets(files.read, config.teacher_password_file);
+    add_targets(files.read, config.service.teacher_password_file);
     // What is not there yet can have no rule.
     std::error_code failed;
     fs::create_directories(config.log_dir, failed);

@@ -30,9 +30,6 @@
 #include <webots_cloud/service_report.hpp>
 #include <webots_cloud/session_service.hpp>
 
-#include <boost/json/object.hpp>
-#include <boost/json/serialize.hpp>
-
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -66,22 +63,10 @@ SchedulerParams scheduler_params(SessionConfig const& config)
     return params;
 }
 
-std::string viewer_defaults(SessionConfig const& config)
-{
-    boost::json::object defaults;
-    if (!config.viewer_url.empty())
-        defaults["url"] = config.viewer_url;
-    if (config.pause_hidden > Duration::zero())
-        defaults["pauseHidden"] = std::chrono::duration<double>(config.pause_hidden).count();
-    if (config.relay && config.waiting_room > 0)
-        defaults["waiting"] = true;
-    return boost::json::serialize(defaults);
-}
-
 OperatorMailParams operator_mail_params(SessionConfig const& config)
 {
     OperatorMailParams params;
-    params.administrator = config.administrator;
+    params.administrator = config.mail.administrator;
     params.address = config.address;
     return params;
 }
@@ -98,7 +83,7 @@ struct AdministratorMail
     result<> obey(SessionConfig const& config)
     {
         std::shared_ptr<Notifier> next;
-        if (!config.administrator.empty()) {
+        if (!config.mail.administrator.empty()) {
             auto made = make_smtp_notifier(app::smtp_params(config));
             if (!made && made.error() == errc::unavailable)
                 return Failure(errc::invalid_config, made.error().message());
@@ -125,29 +110,20 @@ bool is_found(ServerSpec const& entry)
 result<SessionServiceParams> session_service_params(SessionConfig const& config)
 {
     SessionServiceParams params;
-    params.teacher_password = config.teacher_password;
+    params.config = config.service;
     std::error_code ignored;
-    if (auto const& file = config.teacher_password_file; std::filesystem::exists(file, ignored)) {
+    if (auto const& file = config.service.teacher_password_file; std::filesystem::exists(file, ignored)) {
         auto password = read_password(file);
         if (!password)
             return password.error();
-        params.teacher_password = std::move(*password);
+        params.config.teacher_password = std::move(*password);
     }
-    params.ssl = config.address.ssl;
     params.threshold = config.load_threshold;
-    params.port = config.address.port;
     params.history_step = config.load_refresh;
-    params.session_burst = static_cast<std::size_t>(config.session_burst);
-    params.session_rate = config.session_rate;
-    params.gateway = config.gateway;
-    params.relay = config.relay;
-    params.waiting_places = static_cast<std::size_t>(config.waiting_room);
     params.finds_machines = config.announcements || std::any_of(config.simulation_servers.begin(),
                                                                 config.simulation_servers.end(), is_found);
-    params.own_address = config.address;
-    params.own_names = config.access.host_names;
-    params.decisions_for_all = config.decisions_for_all;
-    params.viewer_defaults = viewer_defaults(config);
+    params.address = config.address;
+    params.other_names = config.access.host_names;
     return params;
 }
 
@@ -178,7 +154,7 @@ AccessParams session_access_params(SessionConfig const& config, std::vector<Serv
     auto params = app::access_params(config.address.host, config.access);
     for (auto const& server : servers)
         params.machines.emplace_back(host_of(server));
-    params.starts_here = config.relay;
+    params.starts_here = config.service.relay;
     return params;
 }
 

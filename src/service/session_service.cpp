@@ -13,6 +13,7 @@
 #include "core/pages/monitor_page.hpp"
 #include "core/pages/session_board.hpp"
 #include "core/pages/shared_page.hpp"
+#include "core/pages/viewer_defaults.hpp"
 #include "core/placement/drained_machines.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/simulation/public_base.hpp"
@@ -92,14 +93,18 @@ struct SessionService::Impl
           relay(relay_params(), load_monitor, placing, time, log, relay_hooks())
     {
         set_budget();
-        classes.set_password(params.teacher_password);
+        classes.set_password(params.config.teacher_password);
     }
 
     ClassEndpointHooks class_hooks();
     ClientRelayParams relay_params() const;
     ClientRelayHooks relay_hooks();
 
-    void set_budget() { asked = core::TokenBuckets(params.session_burst, params.session_rate); }
+    void set_budget()
+    {
+        asked = core::TokenBuckets(static_cast<std::size_t>(params.config.session_burst),
+                                   params.config.session_rate);
+    }
 
     asio::awaitable<result<>> carry_reports();
     asio::awaitable<result<>> check_availability();
@@ -199,13 +204,13 @@ SessionService::~SessionService() = default;
 
 void SessionService::apply(SessionServiceParams params)
 {
-    params.port = impl_->params.port;
+    params.address.port = impl_->params.address.port;
     params.history_step = impl_->params.history_step;
-    bool const keeps_budget = params.session_burst == impl_->params.session_burst &&
-                              params.session_rate == impl_->params.session_rate;
+    bool const keeps_budget = params.config.session_burst == impl_->params.config.session_burst &&
+                              params.config.session_rate == impl_->params.config.session_rate;
     impl_->params = std::move(params);
     impl_->board.set_threshold(impl_->params.threshold);
-    impl_->classes.set_password(impl_->params.teacher_password);
+    impl_->classes.set_password(impl_->params.config.teacher_password);
     impl_->relay.apply(impl_->relay_params());
     if (!keeps_budget)
         impl_->set_budget();
@@ -332,8 +337,8 @@ ClassEndpointHooks SessionService::Impl::class_hooks()
 ClientRelayParams SessionService::Impl::relay_params() const
 {
     ClientRelayParams of_relay;
-    of_relay.tls = params.ssl;
-    of_relay.waiting_places = params.waiting_places;
+    of_relay.tls = params.address.ssl;
+    of_relay.waiting_places = static_cast<std::size_t>(params.config.waiting_room);
     of_relay.finds_machines = params.finds_machines;
     return of_relay;
 }
@@ -391,7 +396,7 @@ core::SiteState SessionService::Impl::site_state(std::size_t waiting, bool is_av
 {
     core::SiteFacts facts;
     facts.is_available = is_available;
-    facts.can_wait = params.relay && params.waiting_places > 0;
+    facts.can_wait = params.config.relay && params.config.waiting_room > 0;
     facts.waiting = waiting;
     if (core::depends_on_machines(facts)) {
         facts.machines = scheduler.refusals(now);
@@ -436,7 +441,7 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
 /// Where a browser whose request had this `Host` reaches a simulation server, or what is below it.
 std::string SessionService::Impl::address_of(std::string_view server, std::string_view host) const
 {
-    std::string_view const scheme = params.ssl ? "wss://" : "ws://";
+    std::string_view const scheme = params.address.ssl ? "wss://" : "ws://";
     if (auto address = public_address(server, host); !address.empty())
         return address;
     if (!server.starts_with(core::asked_name))
@@ -457,8 +462,8 @@ std::string SessionService::Impl::public_address(std::string_view server, std::s
 /// Where a browser whose request had this `Host` reaches this server.
 std::string SessionService::Impl::own_base(std::string_view host) const
 {
-    return concat(params.ssl ? "wss://" : "ws://",
-                  core::own_authority(params.own_address, params.own_names, host));
+    return concat(params.address.ssl ? "wss://" : "ws://",
+                  core::own_authority(params.address, params.other_names, host));
 }
 
 /// The same with a ticket, if need be.
@@ -501,14 +506,14 @@ core::StudentMachine SessionService::Impl::student_machine(std::string_view entr
     machine.entry = path.empty() ? std::string(entry) : concat(core::asked_name, path);
     machine.reached_at = address_of(entry, host);
     // The gateway passes on what is below a machine's port or path, and no other ports.
-    machine.is_closed = params.gateway && (core::public_port(entry) != 0 || !path.empty());
+    machine.is_closed = params.config.gateway && (core::public_port(entry) != 0 || !path.empty());
     return machine;
 }
 
 /// Whether `/client` is here.
 bool SessionService::Impl::relays(IncomingRequest const&) const
 {
-    return params.relay && hooks.websockets;
+    return params.config.relay && hooks.websockets;
 }
 
 /// What `/session` answers where this server relays. No place is taken before a browser asks for a
@@ -646,7 +651,7 @@ core::SiteState SessionService::Impl::state_of(ServerLoad const& server) const
 
 std::optional<core::WaitingFigures> SessionService::Impl::waiting_figures() const
 {
-    if (!params.relay)
+    if (!params.config.relay)
         return std::nullopt;
     auto const figures = relay.figures();
     core::WaitingFigures waiting;
@@ -691,8 +696,8 @@ std::string SessionService::Impl::monitor_text() const
     core::SessionMonitorView view;
     view.started = started;
     view.now = clock.now();
-    view.ssl = params.ssl;
-    view.gateway = params.gateway;
+    view.ssl = params.address.ssl;
+    view.gateway = params.config.gateway;
     view.threshold = params.threshold;
     view.waiting = waiting_figures();
     view.state = state;
@@ -705,7 +710,7 @@ std::string SessionService::Impl::monitor_text() const
             view.servers.back().found_by = hooks.origin_of(server.address);
         view.servers.back().path = paths.path_of(server.address);
     }
-    view.assets = monitor_assets("session.js", params.port);
+    view.assets = monitor_assets("session.js", params.address.port);
     return core::session_monitor_page(view);
 }
 
@@ -718,8 +723,8 @@ Answer SessionService::Impl::web_file(IncomingRequest const& request)
         response.headers.emplace_back("Location", "viewer/"); // relative, for proxies that rewrite paths
         return response;
     }
-    if (path == "/viewer/defaults.json" && !params.viewer_defaults.empty())
-        return core::json_page(params.viewer_defaults);
+    if (path == "/viewer/defaults.json")
+        return core::json_page(core::viewer_defaults(params.config));
     constexpr std::string_view page_folder = "/viewer/";
     auto name = path == page_folder ? std::string_view("viewer/index.html") : path.substr(1);
     // The page finds the modules below itself, so that proxies need one rule for both.
@@ -752,14 +757,14 @@ Answer SessionService::Impl::class_page(IncomingRequest const& request)
         response.headers.emplace_back("Location", "class/"); // relative, for proxies that rewrite paths
         return response;
     }
-    if (request.path == "/class/defaults.json" && !params.viewer_defaults.empty())
-        return core::json_page(params.viewer_defaults);
+    if (request.path == "/class/defaults.json")
+        return core::json_page(core::viewer_defaults(params.config));
     return embedded(core::class_file(request.path), request);
 }
 
 bool SessionService::Impl::may_read_decisions(IncomingRequest const& request) const
 {
-    return params.decisions_for_all || request.is_operator;
+    return params.config.decisions_for_all || request.is_operator;
 }
 
 /// Why browsers were sent where they were sent.
@@ -828,7 +833,7 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
     text.family(core::metric("class_pictures_total"))
         .add(static_cast<double>(classes.pictures_relayed()), {{"result", "relayed"}})
         .add(static_cast<double>(classes.pictures_dropped()), {{"result", "dropped"}});
-    if (params.relay)
+    if (params.config.relay)
         write_relay(text);
     text.family(core::metric("polls_total"))
         .add(static_cast<double>(good_polls), {{"result", "good"}})
@@ -854,7 +859,7 @@ void SessionService::Impl::write_relay(core::MetricsText& text) const
 {
     auto const figures = relay.figures();
     text.family(core::metric("waiting")).add(static_cast<double>(figures.waiting));
-    text.family(core::metric("waiting_max")).add(static_cast<double>(params.waiting_places));
+    text.family(core::metric("waiting_max")).add(static_cast<double>(params.config.waiting_room));
     text.family(core::metric("waiting_longest_seconds"))
         .add(std::chrono::duration<double>(figures.longest_wait).count());
     text.family(core::metric("waiting_seconds")).add(relay.waits());
@@ -870,7 +875,7 @@ void SessionService::Impl::write_relay(core::MetricsText& text) const
 /// To the simulation server whose port the path begins with.
 std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& request) const
 {
-    if (!params.gateway)
+    if (!params.config.gateway)
         return std::nullopt;
     auto target = forwarding.find(request.path, request.query);
     if (!target)
@@ -940,7 +945,7 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
     }
     if (info.path == "/client")
         return impl_->relay.serve(std::move(info), channel);
-    if (info.path == "/session" && impl_->params.relay && impl_->hooks.websockets)
+    if (info.path == "/session" && impl_->params.config.relay && impl_->hooks.websockets)
         return impl_->say_place(impl_->own_address(info.host), channel);
     if (info.path == "/session") {
         auto const now = impl_->clock.now();

@@ -38,18 +38,18 @@ void check_network(NetworkConfig const& network)
 void check(SessionConfig const& config)
 {
     check_network(config.network);
-    check_plain({config.address.host, config.administrator, config.mail_server, config.mail_sender,
-                 config.mail_sender_user, config.mail_sender_password, config.log_dir.string(),
-                 config.scheduling, config.viewer_url});
+    check_plain({config.address.host, config.mail.administrator, config.mail.server, config.mail.sender,
+                 config.mail.user, config.mail.password, config.log_dir.string(), config.scheduling,
+                 config.service.viewer_url});
     fuzz::require(config.address.port > 0 && config.load_refresh > Duration::zero() &&
                   config.load_timeout > Duration::zero());
     for (auto const& server : config.simulation_servers) {
         check_plain({server.address});
         fuzz::require(server.address.find(' ') == std::string::npos && server.weight > 0);
     }
-    if (!config.administrator.empty())
-        fuzz::require(core::is_mail_address(config.administrator) &&
-                      core::is_mail_address(config.mail_sender) && core::is_mail_host(config.mail_server));
+    if (!config.mail.administrator.empty())
+        fuzz::require(core::is_mail_address(config.mail.administrator) &&
+                      core::is_mail_address(config.mail.sender) && core::is_mail_host(config.mail.server));
 }
 
 void check(SimulationConfig const& config)

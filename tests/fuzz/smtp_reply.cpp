@@ -85,13 +85,13 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     auto replies = fuzz::text_of(data, size);
     bool const has_password = fuzz::take_byte(replies) % 2 == 1;
     SmtpParams params;
-    params.host = "127.0.0.1";
-    params.port = server.port();
-    params.sender = sender;
-    params.recipient = recipient;
+    params.mail.server = "127.0.0.1";
+    params.mail.server_port = server.port();
+    params.mail.sender = sender;
+    params.mail.administrator = recipient;
     if (has_password) {
-        params.user = "user";
-        params.password = "password";
+        params.mail.user = "user";
+        params.mail.password = "password";
     }
     Notice notice("Subject", "Text of the mail\n");
     adapters::SmtpExchange exchange(curl, params, core::mail_message(notice, sender, recipient));

@@ -1,6 +1,7 @@
 // Mail to the operator.
 #pragma once
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
@@ -17,13 +18,7 @@ struct SmtpParams
 {
     SmtpParams() = default;
 
-    std::string host;       ///< A name or an address.
-    std::uint16_t port = 0; ///< 0: 25.
-    std::string sender;     ///< An address.
-    std::string recipient;  ///< An address.
-    std::string user;       ///< For the login.
-    /// Not empty: STARTTLS and a login, or no mail. Empty: neither.
-    std::string password;
+    MailConfig mail;                                    ///< The server, and who writes to whom.
     std::string own_name = "localhost";                 ///< What we call ourselves in EHLO.
     Duration connect_timeout = std::chrono::seconds(5); ///< For the name and the connection.
     Duration timeout =

@@ -40,7 +40,7 @@ public:
         auto state = co_await asio::this_coro::cancellation_state;
         if (state.cancelled() != asio::cancellation_type::none)
             co_return Failure(asio::error::operation_aborted);
-        auto message = core::mail_message(notice, params_.sender, params_.recipient);
+        auto message = core::mail_message(notice, params_.mail.sender, params_.mail.administrator);
         auto const exchange = std::make_shared<SmtpExchange>(curl_, params_, std::move(message));
         // The job itself is not cancellable, so the slot is free for what makes it end early.
         Abort on_cancel{exchange};
@@ -64,11 +64,11 @@ private:
 
 result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params)
 {
-    if (!core::is_mail_host(params.host))
+    if (!core::is_mail_host(params.mail.server))
         return Failure(errc::invalid_argument, "the mail server is no host name");
-    if (!core::is_mail_address(params.sender) || !core::is_mail_address(params.recipient))
+    if (!core::is_mail_address(params.mail.sender) || !core::is_mail_address(params.mail.administrator))
         return Failure(errc::invalid_argument, "a mail address is no plain address");
-    if (!core::is_printable(params.user) || !core::is_printable(params.password))
+    if (!core::is_printable(params.mail.user) || !core::is_printable(params.mail.password))
         return Failure(errc::invalid_argument, "the mail server's user or password has control characters");
     if (!core::is_mail_host(params.own_name))
         params.own_name = "localhost"; // it greets, no more

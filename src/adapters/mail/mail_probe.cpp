@@ -10,7 +10,7 @@ namespace webots_cloud {
 
 result<> try_mail_server(SmtpParams params)
 {
-    if (!core::is_mail_host(params.host))
+    if (!core::is_mail_host(params.mail.server))
         return Failure(errc::invalid_argument, "the mail server is no host name");
     if (!core::is_mail_host(params.own_name))
         params.own_name = "localhost"; // it greets, no more

@@ -28,9 +28,10 @@ long milliseconds(Duration duration)
 /// The last path segment is what EHLO says.
 std::string url_of(SmtpParams const& params)
 {
-    bool const is_ipv6 = params.host.find(':') != std::string::npos;
-    auto const host = is_ipv6 ? concat("[", params.host, "]") : params.host;
-    return concat("smtp://", host, ":", std::to_string(params.port == 0 ? 25 : params.port), "/",
+    bool const is_ipv6 = params.mail.server.find(':') != std::string::npos;
+    auto const host = is_ipv6 ? concat("[", params.mail.server, "]") : params.mail.server;
+    return concat("smtp://", host, ":",
+                  std::to_string(params.mail.server_port == 0 ? 25 : params.mail.server_port), "/",
                   params.own_name);
 }
 
@@ -115,8 +116,8 @@ void SmtpExchange::prepare()
         curl_.easy_setopt(easy_, CURLOPT_CONNECT_ONLY, 1L);
         return;
     }
-    recipients_ = curl_.slist_append(nullptr, concat("<", params_.recipient, ">").c_str());
-    curl_.easy_setopt(easy_, CURLOPT_MAIL_FROM, concat("<", params_.sender, ">").c_str());
+    recipients_ = curl_.slist_append(nullptr, concat("<", params_.mail.administrator, ">").c_str());
+    curl_.easy_setopt(easy_, CURLOPT_MAIL_FROM, concat("<", params_.mail.sender, ">").c_str());
     curl_.easy_setopt(easy_, CURLOPT_MAIL_RCPT, recipients_);
     curl_.easy_setopt(easy_, CURLOPT_UPLOAD, 1L);
     curl_.easy_setopt(easy_, CURLOPT_READFUNCTION, &SmtpExchange::on_read);
@@ -138,7 +139,7 @@ void SmtpExchange::prepare_sockets()
 /// With a password: TLS or nothing, and a certificate that is valid for the host. Without one: neither.
 void SmtpExchange::prepare_security()
 {
-    if (params_.password.empty())
+    if (params_.mail.password.empty())
         return;
     curl_.easy_setopt(easy_, CURLOPT_USE_SSL, static_cast<long>(CURLUSESSL_ALL));
     curl_.easy_setopt(easy_, CURLOPT_SSL_VERIFYPEER, 1L);
@@ -147,8 +148,8 @@ void SmtpExchange::prepare_security()
     // OpenSSL's own variable, which all other TLS here uses; only libcurl does not.
     if (char const* const trusted = std::getenv("SSL_CERT_FILE"))
         curl_.easy_setopt(easy_, CURLOPT_CAINFO, trusted);
-    curl_.easy_setopt(easy_, CURLOPT_USERNAME, params_.user.c_str());
-    curl_.easy_setopt(easy_, CURLOPT_PASSWORD, params_.password.c_str());
+    curl_.easy_setopt(easy_, CURLOPT_USERNAME, params_.mail.user.c_str());
+    curl_.easy_setopt(easy_, CURLOPT_PASSWORD, params_.mail.password.c_str());
 }
 
 /// Until the transfer ends, or we are told to, or there is no connection in time.
@@ -172,7 +173,7 @@ result<> SmtpExchange::drive()
         if (connected == 0 && left <= 0) {
             std::lock_guard const lock(mutex_);
             shut_down_sockets();
-            return Failure(errc::timed_out, concat("no connection to ", params_.host, " in time"));
+            return Failure(errc::timed_out, concat("no connection to ", params_.mail.server, " in time"));
         }
         auto const nap = connected == 0 ? std::min<long>(left + 1, max_nap) : max_nap;
         curl_.multi_poll(multi_, nullptr, 0, static_cast<int>(nap), nullptr);
@@ -193,7 +194,7 @@ CURLcode SmtpExchange::result_of_transfer()
 Failure SmtpExchange::failure_of(CURLcode code) const
 {
     if (has_no_login_)
-        return {errc::refused, concat(params_.host, " offers no login")};
+        return {errc::refused, concat(params_.mail.server, " offers no login")};
     auto detail = std::string(words_[0] ? words_.data() : curl_.easy_strerror(code));
     if (code == CURLE_OPERATION_TIMEDOUT)
         return {errc::timed_out, detail};
@@ -254,7 +255,7 @@ bool SmtpExchange::take_reply(std::string_view line)
         refusal_ = line;
     if (line.starts_with("220") && is_last_line(line))
         ++greetings_;
-    if (params_.password.empty() || greetings_ != 2 || !line.starts_with("250") || line.size() < 4)
+    if (params_.mail.password.empty() || greetings_ != 2 || !line.starts_with("250") || line.size() < 4)
         return true;
     offers_login_ = offers_login_ || line.substr(4).starts_with("AUTH");
     if (!is_last_line(line))

@@ -77,7 +77,8 @@ CheckWork check_mail(SessionConfig config)
     auto params = app::smtp_params(config);
     params.timeout = app::answer_limit;
     auto const address =
-        concat(params.host, ":", std::to_string(params.port == 0 ? usual_mail_port : params.port));
+        concat(params.mail.server, ":",
+               std::to_string(params.mail.server_port == 0 ? usual_mail_port : params.mail.server_port));
     std::function<result<bool>()> const look = [params = std::move(params)] {
         auto const tried = try_mail_server(params);
         return tried ? result<bool>(true) : result<bool>(tried.error());
@@ -111,7 +112,7 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
                                                        config.discover_loopback)
                                 : check_machine(*http, server, config.address.ssl));
     }
-    if (!config.administrator.empty())
+    if (!config.mail.administrator.empty())
         checks.emplace_back("mail", check_mail(config));
     auto more = co_await examine(std::move(checks), *clock, std::move(progress));
     findings.insert(findings.end(), more.begin(), more.end());

@@ -176,7 +176,7 @@ void refuse_vain_entries(ConfigReader& reader, SessionConfig const& config)
         if (server.address == announced_entry && !config.announcements)
             return reader.refuse_entry("simulationServers", i + 1, boost::json::value(server.address),
                                        "no such entry without \"announcements\": true");
-        if (!config.gateway && stands_for_found(server.address) && !server.internal_address.empty())
+        if (!config.service.gateway && stands_for_found(server.address) && !server.internal_address.empty())
             return reader.refuse_entry("simulationServers", i + 1, boost::json::value(server.address),
                                        "no \"internal\" here, since \"gateway\" is false: browsers would not "
                                        "reach these machines");
@@ -188,12 +188,12 @@ void complete_gateway(ConfigReader& reader, SessionConfig& config)
 {
     auto& servers = config.simulation_servers;
     if (!reader.has("gateway"))
-        config.gateway = std::any_of(servers.begin(), servers.end(), [](ServerSpec const& server) {
+        config.service.gateway = std::any_of(servers.begin(), servers.end(), [](ServerSpec const& server) {
             return !server.internal_address.empty() &&
                    (core::public_port(server.address) != 0 || stands_for_found(server.address));
         });
     refuse_vain_entries(reader, config);
-    if (!config.gateway)
+    if (!config.service.gateway)
         return require_internal_addresses(reader, servers);
     for (auto& server : servers)
         if (auto const port = core::public_port(server.address); port != 0 && server.internal_address.empty())
@@ -206,7 +206,7 @@ void complete_gateway(ConfigReader& reader, SessionConfig& config)
 void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
                          std::vector<std::string>& warnings)
 {
-    if (!config.gateway)
+    if (!config.service.gateway)
         return;
     for (auto const& server : config.simulation_servers) {
         auto const port = core::public_port(server.address);
@@ -222,34 +222,34 @@ void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
 
 void check_teacher_password(ConfigReader& reader, SessionConfig const& config)
 {
-    if (!config.teacher_password.empty() && !config.teacher_password_file.empty())
+    if (!config.service.teacher_password.empty() && !config.service.teacher_password_file.empty())
         reader.refuse("teacherPasswordFile", "no such key beside \"teacherPassword\": one of the two");
 }
 
 /// Empty counts as absent: operators switch mails off like that.
 void complete_mail(ConfigReader& reader, SessionConfig& config)
 {
-    if (config.mail_sender_user.empty())
-        config.mail_sender_user = config.mail_sender;
-    if (!config.administrator.empty() && !core::is_mail_address(config.administrator))
+    if (config.mail.user.empty())
+        config.mail.user = config.mail.sender;
+    if (!config.mail.administrator.empty() && !core::is_mail_address(config.mail.administrator))
         reader.refuse("administrator", "an e-mail address");
-    if (!config.mail_sender.empty() && !core::is_mail_address(config.mail_sender))
+    if (!config.mail.sender.empty() && !core::is_mail_address(config.mail.sender))
         reader.refuse("mailSender", "an e-mail address");
-    if (!config.mail_server.empty() && !core::is_mail_host(config.mail_server))
+    if (!config.mail.server.empty() && !core::is_mail_host(config.mail.server))
         reader.refuse("mailServer", "the name of a host");
 }
 
 void drop_administrator_without_mail(SessionConfig& config, fs::path const& origin,
                                      std::vector<std::string>& warnings)
 {
-    auto const missing = config.mail_server.empty()   ? "mailServer"
-                         : config.mail_sender.empty() ? "mailSender"
+    auto const missing = config.mail.server.empty()   ? "mailServer"
+                         : config.mail.sender.empty() ? "mailSender"
                                                       : "";
-    if (config.administrator.empty() || !*missing)
+    if (config.mail.administrator.empty() || !*missing)
         return;
     warnings.push_back(
         concat(origin.string(), ": key \"administrator\" is ignored: no e-mails without \"", missing, "\""));
-    config.administrator.clear();
+    config.mail.administrator.clear();
 }
 
 /// Until 2021 there was no such key, and plain http unless the server had a certificate.

@@ -76,7 +76,7 @@ constexpr std::array session_machines{
               .text = "names and announcements may lead to this machine's loopback addresses",
               .reloaded = true},
     ConfigKey{.name = "gateway",
-              .value = member<&SessionConfig::gateway>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::gateway>,
               .text =
                   "requests for `/2000/...` are passed on to the simulation server `host/2000`, and those "
                   "for `/machine/...` to machines that were found, see "
@@ -123,52 +123,52 @@ constexpr std::array session_machines{
 
 constexpr std::array session_visitors{
     ConfigKey{.name = "relay",
-              .value = member<&SessionConfig::relay>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::relay>,
               .text =
                   "`true`: the session server finds a machine when a simulation is started, tries another "
                   "one if that refuses, and has browsers wait when all are busy, see "
                   "[docs/visitors.md](docs/visitors.md#when-every-seat-is-taken)",
               .reloaded = true},
     ConfigKey{.name = "waitingRoom",
-              .value = member<&SessionConfig::waiting_room>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::waiting_room>,
               .text = "with `relay`: how many browsers may wait; 0: none",
               .max = 100'000,
               .reloaded = true},
     ConfigKey{.name = "sessionBurst",
-              .value = member<&SessionConfig::session_burst>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::session_burst>,
               .text = "how many requests for `/session` each address or IPv6 /64 network may make at once; "
                       "0: unlimited",
               .max = 100'000,
               .reloaded = true},
     ConfigKey{.name = "sessionRate",
-              .value = member<&SessionConfig::session_rate>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::session_rate>,
               .text = "how many such requests it may make in the long run; 0: unlimited",
               .unit = "requests per second",
               .max = 100'000,
               .least = 0.01,
               .reloaded = true},
     ConfigKey{.name = "decisionsForAll",
-              .value = member<&SessionConfig::decisions_for_all>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::decisions_for_all>,
               .text = "`true`: everybody may read `/api/decisions`",
               .reloaded = true},
 };
 
 constexpr std::array session_pages{
     ConfigKey{.name = "teacherPassword",
-              .value = secret<&SessionConfig::teacher_password>,
+              .value = secret<&SessionConfig::service, &SessionServiceConfig::teacher_password>,
               .text = "password with which teachers open [classes](docs/visitors.md#classes)",
               .absent = "none: without one there are no classes",
               .reloaded = true},
     ConfigKey{.name = "teacherPasswordFile",
-              .value = member<&SessionConfig::teacher_password_file>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::teacher_password_file>,
               .text = "a file whose only line is that password, instead of `teacherPassword`",
               .reloaded = true},
     ConfigKey{.name = "viewerUrl",
-              .value = member<&SessionConfig::viewer_url>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::viewer_url>,
               .text = "address of the world that the viewer suggests",
               .reloaded = true},
     ConfigKey{.name = "pauseHidden",
-              .value = member<&SessionConfig::pause_hidden>,
+              .value = member<&SessionConfig::service, &SessionServiceConfig::pause_hidden>,
               .text =
                   "time after which the viewer, or the page of a class, pauses a simulation whose page is "
                   "hidden, see [docs/visitors.md](docs/visitors.md#hidden-pages); 0: it runs on",
@@ -179,31 +179,31 @@ constexpr std::array session_pages{
 
 constexpr std::array session_mail{
     ConfigKey{.name = "administrator",
-              .value = free_text<&SessionConfig::administrator>,
+              .value = free_text<&SessionConfig::mail, &MailConfig::administrator>,
               .text =
                   "address of the operator, who gets an e-mail when a server fails, recovers, is full, or "
                   "has room again",
               .reloaded = true},
     ConfigKey{.name = "mailServer",
-              .value = free_text<&SessionConfig::mail_server>,
+              .value = free_text<&SessionConfig::mail, &MailConfig::server>,
               .text = "host that sends these mails",
               .reloaded = true},
     ConfigKey{.name = "mailServerPort",
-              .value = member<&SessionConfig::mail_server_port>,
+              .value = member<&SessionConfig::mail, &MailConfig::server_port>,
               .text = "port of `mailServer`; 0: 25",
               .max = highest_port,
               .reloaded = true},
     ConfigKey{.name = "mailSender",
-              .value = free_text<&SessionConfig::mail_sender>,
+              .value = free_text<&SessionConfig::mail, &MailConfig::sender>,
               .text = "address that mails come from",
               .reloaded = true},
     ConfigKey{.name = "mailSenderUser",
-              .value = member<&SessionConfig::mail_sender_user>,
+              .value = member<&SessionConfig::mail, &MailConfig::user>,
               .text = "user name at `mailServer`",
               .absent = "that of `mailSender`",
               .reloaded = true},
     ConfigKey{.name = "mailSenderPassword",
-              .value = secret<&SessionConfig::mail_sender_password>,
+              .value = secret<&SessionConfig::mail, &MailConfig::password>,
               .text = "password at `mailServer`; with one, mails are sent by STARTTLS after a login",
               .reloaded = true},
 };

@@ -57,8 +57,8 @@ std::vector<NamedHost> named_hosts(SessionConfig const& config)
             hosts.add("simulationServers",
                       server.internal_address.empty() ? server.address : server.internal_address);
     }
-    if (!config.administrator.empty())
-        hosts.add("mailServer", config.mail_server);
+    if (!config.mail.administrator.empty())
+        hosts.add("mailServer", config.mail.server);
     return hosts.take();
 }
 

@@ -125,8 +125,8 @@ void session(int times)
     LoadMonitor monitor(http, world.clock);
     auto scheduler = fleet(10);
     SessionServiceParams params;
-    params.session_burst = 100'000;
-    params.session_rate = 10;
+    params.config.session_burst = 100'000;
+    params.config.session_rate = 10;
     SessionService service(params, monitor, scheduler, world.clock, Logger());
     AccessParams site;
     site.server = "example.org";

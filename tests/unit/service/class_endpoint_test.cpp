@@ -28,9 +28,8 @@ constexpr std::string_view world_url = "https://e.org/o/r/blob/main/worlds/a.wbt
 SessionServiceParams params_with_password()
 {
     SessionServiceParams params;
-    params.ssl = false;
-    params.teacher_password = "secret";
-    params.viewer_defaults = "{}";
+    params.address.ssl = false;
+    params.config.teacher_password = "secret";
     return params;
 }
 
@@ -191,7 +190,7 @@ BOOST_AUTO_TEST_CASE(nothing_is_fetched_on_a_machine_that_drains)
 BOOST_AUTO_TEST_CASE(a_student_does_not_choose_the_host_that_the_teachers_page_connects_to)
 {
     auto params = params_with_password();
-    params.gateway = true;
+    params.config.gateway = true;
     Fixture fixture(params);
     ServerSpec machine("*/2000");
     machine.internal_address = "a:2000";
@@ -323,7 +322,7 @@ BOOST_AUTO_TEST_CASE(another_password_counts_for_new_classes)
     Fixture fixture;
     (void)fixture.open_class(5);
     auto params = params_with_password();
-    params.teacher_password = "another";
+    params.config.teacher_password = "another";
     fixture.service.apply(params);
     auto& late = fixture.connect();
     auto const open =
@@ -333,7 +332,7 @@ BOOST_AUTO_TEST_CASE(another_password_counts_for_new_classes)
     auto& again = fixture.connect();
     fixture.say(again, concat(R"({"teach":{"key":")", fixture.key, "\"}}"));
     BOOST_TEST(again.was_told(R"({"class":{)"));
-    params.teacher_password = "";
+    params.config.teacher_password = "";
     fixture.service.apply(params);
     fixture.say(late, open);
     BOOST_TEST(late.sent.back().starts_with(R"({"error":"off")"));

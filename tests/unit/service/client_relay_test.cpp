@@ -39,11 +39,10 @@ constexpr std::string_view refused = "loading: Error: Not here.";
 SessionServiceParams relaying()
 {
     SessionServiceParams params;
-    params.ssl = false;
-    params.relay = true;
-    params.own_address.host = "localhost";
-    params.teacher_password = "secret";
-    params.viewer_defaults = "{}";
+    params.address.ssl = false;
+    params.config.relay = true;
+    params.address.host = "localhost";
+    params.config.teacher_password = "secret";
     return params;
 }
 
@@ -239,7 +238,7 @@ BOOST_AUTO_TEST_CASE(browsers_are_sent_to_the_session_server_itself_and_take_no_
 BOOST_AUTO_TEST_CASE(without_relay_there_is_no_client_here)
 {
     auto params = relaying();
-    params.relay = false;
+    params.config.relay = false;
     Fixture fixture(params);
     IncomingRequest request;
     request.method = "GET";
@@ -418,7 +417,7 @@ BOOST_AUTO_TEST_CASE(a_new_place_is_told_at_once_but_not_more_than_once_a_second
 BOOST_AUTO_TEST_CASE(in_a_long_line_everybody_knows_their_place)
 {
     auto params = relaying();
-    params.waiting_places = 1100;
+    params.config.waiting_room = 1100;
     Fixture fixture(params);
     std::map<std::string, testing::LoopbackChannel*> by_place;
     for (int i = 0; i < 1100; ++i)
@@ -496,7 +495,7 @@ BOOST_AUTO_TEST_CASE(a_machine_that_refuses_is_not_noticed)
 BOOST_AUTO_TEST_CASE(where_all_refuse_the_last_sentence_is_told)
 {
     auto params = relaying();
-    params.waiting_places = 0;
+    params.config.waiting_room = 0;
     Fixture fixture(params);
     fixture.has_room("a:2000", 5);
     fixture.has_room("b:2000", 5);
@@ -1123,7 +1122,7 @@ BOOST_AUTO_TEST_CASE(a_server_that_stops_asks_all_to_come_back)
 BOOST_AUTO_TEST_CASE(a_room_that_is_full_refuses_as_ever)
 {
     auto params = relaying();
-    params.waiting_places = 1;
+    params.config.waiting_room = 1;
     Fixture fixture(params);
     fixture.has_room("a:2000", 0);
     fixture.start(todays_start, "192.0.2.1");
@@ -1137,8 +1136,8 @@ BOOST_AUTO_TEST_CASE(a_room_that_is_full_refuses_as_ever)
 BOOST_AUTO_TEST_CASE(whoever_asks_too_often_is_refused)
 {
     auto params = relaying();
-    params.session_burst = 2;
-    params.session_rate = 0.1;
+    params.config.session_burst = 2;
+    params.config.session_rate = 0.1;
     Fixture fixture(params);
     fixture.has_room("a:2000", 9);
     fixture.start();

@@ -516,8 +516,8 @@ BOOST_AUTO_TEST_CASE(session_over_a_websocket_is_one_frame_and_a_normal_close)
 SessionServiceParams with_budget(std::size_t burst, double rate)
 {
     SessionServiceParams params;
-    params.session_burst = burst;
-    params.session_rate = rate;
+    params.config.session_burst = burst;
+    params.config.session_rate = rate;
     return params;
 }
 
@@ -806,14 +806,14 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
     testing::LoopbackChannel browser(fixture.world.executor());
     fixture.connect(browser);
     SessionServiceParams next;
-    next.ssl = false;
+    next.address.ssl = false;
     next.threshold = 5;
-    next.decisions_for_all = true;
-    next.viewer_defaults = "{}";
+    next.config.decisions_for_all = true;
+    next.config.viewer_url = "https://a.org/w.wbt";
     fixture.service.apply(std::move(next));
     BOOST_TEST(fixture.get("/session").body == "ws://a:2000");
     BOOST_TEST(fixture.get("/api/decisions").status == 200);
-    BOOST_TEST(fixture.get("/viewer/defaults.json").body == "{}");
+    BOOST_TEST(fixture.get("/viewer/defaults.json").body == R"({"url":"https://a.org/w.wbt"})");
     BOOST_TEST(fixture.get("/monitor").text().find("class=\"number full\"") != std::string::npos,
                fixture.get("/monitor").text());
     fixture.world.advance(10s);
@@ -954,7 +954,7 @@ BOOST_AUTO_TEST_CASE(the_operator_is_told_that_the_configuration_drains_a_machin
 BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so)
 {
     SessionServiceParams params;
-    params.decisions_for_all = true;
+    params.config.decisions_for_all = true;
     Fixture fixture(std::move(params));
     BOOST_TEST(fixture.get("/api/decisions").status == 200);
     BOOST_TEST(fixture.get("/api/decisions").body == R"({"decisions":[]})");
@@ -981,7 +981,7 @@ BOOST_AUTO_TEST_CASE(a_browser_is_given_a_ticket_for_the_server_that_it_is_sent_
 BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
 {
     SessionServiceParams params;
-    params.gateway = true;
+    params.config.gateway = true;
     Fixture fixture(params);
     fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
     fixture.start({});
@@ -1032,7 +1032,7 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
         BOOST_TEST(fixture.get(path).status == 404, path);
     BOOST_TEST(fixture.get("/load").body == "1.0");
 
-    params.gateway = false; // by a reload
+    params.config.gateway = false; // by a reload
     fixture.service.apply(params);
     BOOST_TEST(fixture.get("/2000/client").status == 404);
 }
@@ -1041,8 +1041,8 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
 BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
 {
     SessionServiceParams params;
-    params.gateway = true;
-    params.own_address.host = "sim.example.org";
+    params.config.gateway = true;
+    params.address.host = "sim.example.org";
     SessionServiceHooks hooks;
     hooks.machine_mac = [](std::string_view message) {
         return std::string(message.substr(message.size() - 12)) + "...";
@@ -1108,7 +1108,7 @@ BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
     BOOST_TEST(status(below + "/client") == 404);
     fixture.service.set_servers({server});
     BOOST_TEST(status(below + "/client") == 502, "it has come back to its old path");
-    params.gateway = false;
+    params.config.gateway = false;
     fixture.service.apply(params);
     BOOST_TEST(status(below + "/client") == 404);
 }

@@ -55,10 +55,10 @@ struct Fixture
     explicit Fixture(Duration timeout = 1min)
     {
         SmtpParams params;
-        params.host = "127.0.0.1";
-        params.port = acceptor.local_endpoint().port();
-        params.sender = "from@a.org";
-        params.recipient = "to@b.org";
+        params.mail.server = "127.0.0.1";
+        params.mail.server_port = acceptor.local_endpoint().port();
+        params.mail.sender = "from@a.org";
+        params.mail.administrator = "to@b.org";
         params.timeout = timeout;
         notifier = make_smtp_notifier(std::move(params)).value();
     }
@@ -218,13 +218,13 @@ BOOST_AUTO_TEST_CASE(a_greeting_that_refuses_is_quoted)
 BOOST_AUTO_TEST_CASE(parameters_that_could_forge_a_mail_are_refused)
 {
     SmtpParams good;
-    good.host = "localhost";
-    good.sender = "from@a.org";
-    good.recipient = "to@b.org";
+    good.mail.server = "localhost";
+    good.mail.sender = "from@a.org";
+    good.mail.administrator = "to@b.org";
     BOOST_TEST(make_smtp_notifier(good).has_value());
-    for (auto const member : {&SmtpParams::host, &SmtpParams::sender, &SmtpParams::recipient}) {
+    for (auto const member : {&MailConfig::server, &MailConfig::sender, &MailConfig::administrator}) {
         auto bad = good;
-        bad.*member = "a@b.org\r\nRCPT TO:<c@d.org>";
+        bad.mail.*member = "a@b.org\r\nRCPT TO:<c@d.org>";
         BOOST_TEST((make_smtp_notifier(bad).error() == errc::invalid_argument));
     }
 }

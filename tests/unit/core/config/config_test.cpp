@@ -121,7 +121,7 @@ BOOST_AUTO_TEST_CASE(machines_may_be_found_by_name_or_announce_themselves)
     BOOST_TEST(parsed->config.name_servers.size() == 4);
     BOOST_TEST(parsed->config.discover_loopback);
     BOOST_TEST(!parsed->config.announcements);
-    BOOST_TEST(!parsed->config.gateway);
+    BOOST_TEST(!parsed->config.service.gateway);
     for (auto const* const wrong :
          {R"("simulationServers":["dns:sim.test"])", R"("simulationServers":["srv:a b"])",
           R"("simulationServers":[{"address":"dns:a:1","internal":"10.0.0.2:1"}])",
@@ -156,9 +156,9 @@ BOOST_AUTO_TEST_CASE(machines_that_are_found_may_be_reached_through_the_gateway_
           R"({"address":"announced","internal":"https","weight":2,"labels":["gpu"]})"}) {
         auto const parsed = parse(entry, listening);
         BOOST_TEST_REQUIRE(parsed.has_value(), entry);
-        BOOST_TEST(parsed->config.gateway);
+        BOOST_TEST(parsed->config.service.gateway);
     }
-    BOOST_TEST(!parse(R"({"address":"announced","labels":["gpu"]})", listening)->config.gateway);
+    BOOST_TEST(!parse(R"({"address":"announced","labels":["gpu"]})", listening)->config.service.gateway);
     for (auto const* const entry : {R"({"address":"dns:sim:2000","internal":"ftp"})",
                                     R"({"address":"dns:sim:2000","internal":"https://"})",
                                     R"({"address":"dns:sim:2000","internal":"https://a:1"})",
@@ -197,20 +197,20 @@ BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_have_an_internal_address)
     auto const mapped =
         parse(R"({"address":"s.org/2000","internal":"10.0.0.2:2000","ports":"2001-2100"})").value();
     BOOST_TEST(mapped.warnings.empty());
-    BOOST_TEST(mapped.config.gateway);
+    BOOST_TEST(mapped.config.service.gateway);
     auto const& server = mapped.config.simulation_servers[0];
     BOOST_TEST(server.internal_address == "10.0.0.2:2000");
     BOOST_TEST(server.first_port == 2001);
     BOOST_TEST(server.last_port == 2100);
 
-    BOOST_TEST(!parse(R"("s.org/2000")")->config.gateway, "as ever");
+    BOOST_TEST(!parse(R"("s.org/2000")")->config.service.gateway, "as ever");
     BOOST_TEST(parse(R"("s.org/2000")")->config.simulation_servers[0].internal_address == "");
     auto const local = parse(R"("s.org/2000","s.org:3000")", R"(,"gateway":true,"ssl":true)").value().config;
     BOOST_TEST(local.simulation_servers[0].internal_address == "127.0.0.1:2000");
     BOOST_TEST(local.simulation_servers[1].internal_address == "", "its port is open to the world");
     auto const off =
         parse(R"({"address":"s.org/2000","internal":"10.0.0.2:2000"})", R"(,"gateway":false)")->config;
-    BOOST_TEST(!off.gateway);
+    BOOST_TEST(!off.service.gateway);
     BOOST_TEST(off.simulation_servers[0].internal_address == "10.0.0.2:2000", "it is polled there");
 
     BOOST_TEST(parse(R"({"address":"s.org/3000","internal":"10.0.0.2:2000"})")->warnings ==
@@ -228,7 +228,7 @@ BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_may_speak_tls)
             "caFile":"tls/campus.pem"})",
         "c.json");
     BOOST_TEST(parsed->warnings.empty());
-    BOOST_TEST(parsed->config.gateway);
+    BOOST_TEST(parsed->config.service.gateway);
     BOOST_TEST(parsed->config.simulation_servers[0].internal_address == "https://sim2.s.org:2000");
     BOOST_TEST(parsed->config.ca_file == "tls/campus.pem");
     BOOST_TEST(
@@ -356,7 +356,7 @@ BOOST_AUTO_TEST_CASE(session_defaults_are_those_of_the_reference)
     BOOST_TEST(config.address.host == "localhost");
     BOOST_TEST(config.address.ssl);
     BOOST_TEST(config.address.port_rewrite);
-    BOOST_TEST(config.administrator.empty());
+    BOOST_TEST(config.mail.administrator.empty());
     BOOST_TEST(config.log_dir == "log");
     BOOST_TEST(!config.debug);
     BOOST_TEST(!config.json_log);
@@ -388,12 +388,12 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_the_reference_is_obeyed)
     BOOST_TEST(config.address.port == 7);
     BOOST_TEST(!config.address.port_rewrite);
     BOOST_TEST(config.simulation_servers.size() == 2u);
-    BOOST_TEST(config.administrator == "a@b");
-    BOOST_TEST(config.mail_server == "m");
-    BOOST_TEST(config.mail_server_port == 587);
-    BOOST_TEST(config.mail_sender == "s@b");
-    BOOST_TEST(config.mail_sender_user == "u");
-    BOOST_TEST(config.mail_sender_password == "p");
+    BOOST_TEST(config.mail.administrator == "a@b");
+    BOOST_TEST(config.mail.server == "m");
+    BOOST_TEST(config.mail.server_port == 587);
+    BOOST_TEST(config.mail.sender == "s@b");
+    BOOST_TEST(config.mail.user == "u");
+    BOOST_TEST(config.mail.password == "p");
     BOOST_TEST(config.log_dir == "logs");
     BOOST_TEST(config.debug);
 }
@@ -403,11 +403,11 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
     auto const defaults = parse_session_config(R"({"port":7,"simulationServers":[]})", "c.json").value();
     BOOST_TEST(defaults.config.scheduling == "least_committed");
     BOOST_TEST((defaults.config.placement_timeout == std::chrono::seconds(60)));
-    BOOST_TEST(!defaults.config.decisions_for_all);
-    BOOST_TEST(defaults.config.teacher_password.empty());
-    BOOST_TEST(defaults.config.teacher_password_file.empty());
-    BOOST_TEST(defaults.config.viewer_url.empty());
-    BOOST_TEST((defaults.config.pause_hidden == Duration::zero()));
+    BOOST_TEST(!defaults.config.service.decisions_for_all);
+    BOOST_TEST(defaults.config.service.teacher_password.empty());
+    BOOST_TEST(defaults.config.service.teacher_password_file.empty());
+    BOOST_TEST(defaults.config.service.viewer_url.empty());
+    BOOST_TEST((defaults.config.service.pause_hidden == Duration::zero()));
 
     auto const configured = parse_session_config(
         R"({"port":7,"simulationServers":[],"loadRefresh":0.5,"loadTimeout":2,"loadThreshold":80,
@@ -421,9 +421,9 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
     BOOST_TEST(config.load_threshold == 80);
     BOOST_TEST(config.scheduling == "random");
     BOOST_TEST((config.placement_timeout == Duration::zero()));
-    BOOST_TEST(config.decisions_for_all);
-    BOOST_TEST(config.viewer_url == "https://a/b.wbt");
-    BOOST_TEST((config.pause_hidden == std::chrono::seconds(60)));
+    BOOST_TEST(config.service.decisions_for_all);
+    BOOST_TEST(config.service.viewer_url == "https://a/b.wbt");
+    BOOST_TEST((config.service.pause_hidden == std::chrono::seconds(60)));
 
     for (auto const* const wrong :
          {R"("loadRefresh":0.01)", R"("loadTimeout":0)", R"("loadThreshold":0)", R"("scheduling":"best")",
@@ -946,12 +946,12 @@ BOOST_AUTO_TEST_CASE(a_client_may_ask_for_so_many_sessions_at_once_and_so_many_a
         return parse_session_config(R"({"port":1,"simulationServers":[])" + std::string(keys) + "}",
                                     "c.json");
     };
-    BOOST_TEST(parse("")->config.session_burst == 200);
-    BOOST_TEST(parse("")->config.session_rate == 10);
+    BOOST_TEST(parse("")->config.service.session_burst == 200);
+    BOOST_TEST(parse("")->config.service.session_rate == 10);
     auto const configured = parse(R"(,"sessionBurst":5,"sessionRate":0.5)").value();
     BOOST_TEST(configured.warnings.empty());
-    BOOST_TEST(configured.config.session_burst == 5);
-    BOOST_TEST(configured.config.session_rate == 0.5);
+    BOOST_TEST(configured.config.service.session_burst == 5);
+    BOOST_TEST(configured.config.service.session_rate == 0.5);
     BOOST_TEST(parse(R"(,"sessionBurst":0,"sessionRate":0)").has_value());
     BOOST_TEST(sentence_of(parse(R"(,"sessionRate":0.001)")) ==
                "c.json: key \"sessionRate\": expected 0, or a number from 0.01 to 100000 (requests per "
@@ -967,12 +967,12 @@ BOOST_AUTO_TEST_CASE(a_session_server_relays_only_when_told_and_then_a_thousand_
         return parse_session_config(R"({"port":1,"simulationServers":[])" + std::string(keys) + "}",
                                     "c.json");
     };
-    BOOST_TEST(!parse("")->config.relay);
-    BOOST_TEST(parse("")->config.waiting_room == 1000);
+    BOOST_TEST(!parse("")->config.service.relay);
+    BOOST_TEST(parse("")->config.service.waiting_room == 1000);
     auto const configured = parse(R"(,"relay":true,"waitingRoom":0)").value();
     BOOST_TEST(configured.warnings.empty());
-    BOOST_TEST(configured.config.relay);
-    BOOST_TEST(configured.config.waiting_room == 0);
+    BOOST_TEST(configured.config.service.relay);
+    BOOST_TEST(configured.config.service.waiting_room == 0);
     for (auto const* bad : {R"(,"relay":1)", R"(,"waitingRoom":-1)", R"(,"waitingRoom":100001)",
                             R"(,"waitingRoom":1.5)", R"(,"waitingRoom":true)"})
         BOOST_TEST(!parse(bad), bad);
@@ -1020,7 +1020,7 @@ BOOST_AUTO_TEST_CASE(a_site_without_a_name_says_where_its_machines_are)
     };
     auto const site = parse(R"({"address":"*/2000","internal":"127.0.0.1:2000"})").value();
     BOOST_TEST(site.warnings.empty());
-    BOOST_TEST(site.config.gateway);
+    BOOST_TEST(site.config.service.gateway);
     BOOST_TEST(parse(R"("*/2000")", R"(,"gateway":true)").has_value(), "the gateway knows that it is here");
     for (auto const* entry : {R"("*/2000")", R"("*:2000")"}) {
         auto const refused = parse(entry);
@@ -1168,23 +1168,23 @@ BOOST_AUTO_TEST_CASE(paths_are_expanded_as_python_does)
 BOOST_AUTO_TEST_CASE(the_guides_own_mail_keys_are_read)
 {
     auto const config = parse_session_config(seed, "session.json")->config;
-    BOOST_TEST(config.administrator == "admin@cyberbotics.com");
-    BOOST_TEST(config.mail_server == "mail.infomaniak.com");
-    BOOST_TEST(config.mail_server_port == 587);
-    BOOST_TEST(config.mail_sender == "support@cyberbotics.com");
-    BOOST_TEST(config.mail_sender_user == "support@cyberbotics.com");
-    BOOST_TEST(config.mail_sender_password == "********");
+    BOOST_TEST(config.mail.administrator == "admin@cyberbotics.com");
+    BOOST_TEST(config.mail.server == "mail.infomaniak.com");
+    BOOST_TEST(config.mail.server_port == 587);
+    BOOST_TEST(config.mail.sender == "support@cyberbotics.com");
+    BOOST_TEST(config.mail.user == "support@cyberbotics.com");
+    BOOST_TEST(config.mail.password == "********");
 }
 
 BOOST_AUTO_TEST_CASE(mail_keys_have_defaults_and_the_login_may_differ_from_the_sender)
 {
     auto const none = parse_session_config(R"({"port":1,"simulationServers":[]})", "c.json").value();
-    BOOST_TEST(none.config.administrator.empty());
-    BOOST_TEST(none.config.mail_server_port == 0);
-    BOOST_TEST(none.config.mail_sender_password.empty());
+    BOOST_TEST(none.config.mail.administrator.empty());
+    BOOST_TEST(none.config.mail.server_port == 0);
+    BOOST_TEST(none.config.mail.password.empty());
     auto const other = parse_session_config(
         R"({"port":1,"simulationServers":[],"mailSender":"a@b.org","mailSenderUser":"robot"})", "c.json");
-    BOOST_TEST(other->config.mail_sender_user == "robot");
+    BOOST_TEST(other->config.mail.user == "robot");
 }
 
 BOOST_AUTO_TEST_CASE(an_administrator_without_a_mail_server_or_a_sender_is_dropped_with_a_warning)
@@ -1192,14 +1192,14 @@ BOOST_AUTO_TEST_CASE(an_administrator_without_a_mail_server_or_a_sender_is_dropp
     auto const no_server = parse_session_config(
         R"({"port":1,"simulationServers":[],"administrator":"a@b.org","mailSender":"c@d.org","mailServer":""})",
         "c.json");
-    BOOST_TEST(no_server->config.administrator.empty());
+    BOOST_TEST(no_server->config.mail.administrator.empty());
     BOOST_TEST(no_server->warnings ==
                    (std::vector<std::string>{
                        "c.json: key \"administrator\" is ignored: no e-mails without \"mailServer\""}),
                boost::test_tools::per_element());
     auto const no_sender = parse_session_config(
         R"({"port":1,"simulationServers":[],"administrator":"a@b.org","mailServer":"m"})", "c.json");
-    BOOST_TEST(no_sender->config.administrator.empty());
+    BOOST_TEST(no_sender->config.mail.administrator.empty());
     BOOST_TEST(no_sender->warnings.front().find("\"mailSender\"") != std::string::npos);
 }
 
@@ -1226,9 +1226,8 @@ BOOST_AUTO_TEST_CASE(a_mail_password_is_any_text_without_control_characters_and_
     auto const with = [](std::string const& password) {
         return R"({"port":1,"simulationServers":[],"mailSenderPassword":)" + password + "}";
     };
-    BOOST_TEST(
-        parse_session_config(with(R"("p\u00e4ss \"w;rd'\\ %00")"), "c.json")->config.mail_sender_password ==
-        "p\xc3\xa4ss \"w;rd'\\ %00");
+    BOOST_TEST(parse_session_config(with(R"("p\u00e4ss \"w;rd'\\ %00")"), "c.json")->config.mail.password ==
+               "p\xc3\xa4ss \"w;rd'\\ %00");
     for (auto const* bad :
          {R"("secret\n")", R"("secret\r\nQUIT")", R"("secret\u0000")", R"("secret\u009b")", "12345"})
         BOOST_TEST(session_error(with(bad)) ==
@@ -1242,10 +1241,10 @@ BOOST_AUTO_TEST_CASE(the_password_of_teachers_stands_in_the_configuration_or_in_
         return R"({"port":1,"simulationServers":[],)" + keys + "}";
     };
     auto const password = parse_session_config(with(R"("teacherPassword":"open sesame")"), "c.json");
-    BOOST_TEST(password->config.teacher_password == "open sesame");
+    BOOST_TEST(password->config.service.teacher_password == "open sesame");
     auto const file =
         parse_session_config(with(R"("teacherPasswordFile":"log/.teacher-password")"), "c.json");
-    BOOST_TEST(file->config.teacher_password_file == "log/.teacher-password");
+    BOOST_TEST(file->config.service.teacher_password_file == "log/.teacher-password");
     BOOST_TEST(file->warnings.empty());
     BOOST_TEST(session_error(with(R"("teacherPassword":"p","teacherPasswordFile":"f")")) ==
                "c.json: key \"teacherPasswordFile\": expected no such key beside \"teacherPassword\": one of "

@@ -27,12 +27,12 @@ BOOST_AUTO_TEST_CASE(of_a_session_server)
         config.simulation_servers.emplace_back().address = address;
     config.simulation_servers[3].internal_address = "10.0.0.2:2000";
     config.simulation_servers[4].internal_address = "https://sim2.example.org:2000";
-    config.mail_server = "mail.example.org"; // nobody gets mails
+    config.mail.server = "mail.example.org"; // nobody gets mails
     std::vector<NamedHost> expected{NamedHost("server", "site.example.org"),
                                     NamedHost("simulationServers", "sim1.example.org"),
                                     NamedHost("simulationServers", "sim2.example.org")};
     BOOST_TEST((named_hosts(config) == expected));
-    config.administrator = "admin@example.org";
+    config.mail.administrator = "admin@example.org";
     expected.emplace_back("mailServer", "mail.example.org");
     BOOST_TEST((named_hosts(config) == expected));
 }
