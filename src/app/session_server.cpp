@@ -281,7 +281,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     app::DoctorEndpoint::Look const look = [&examined, &doctor, &executor] {
         return app::examine_session_server(examined, app::view_from_inside(doctor.instance()), executor);
     };
-    std::function<result<>(SessionConfig const&)> const apply = [&](SessionConfig const& next) -> result<> {
+    app::Apply<SessionConfig> const apply = [&](SessionConfig const& next,
+                                                SessionConfig const& file) -> result<> {
         auto const next_token_check = app::operator_token_check(next.access);
         if (!next_token_check)
             return next_token_check.error();
@@ -296,7 +297,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
             return usable;
         service.apply(std::move(*next_service_params));
         discovery.apply(discovery_params(next));
-        examined = next;
+        examined = file;
         auto const servers = discovery.servers();
         service.set_servers(servers);
         access.apply(session_access_params(next, servers), *next_token_check);

@@ -27,6 +27,11 @@ boost::asio::awaitable<result<Configured<Config>>> read_again(Reload<Config> con
     co_return reload();
 }
 
+/// Applies `next`. `file` is all that the configuration says by now, which the next start takes: for what
+/// looks at that.
+template<class Config>
+using Apply = std::function<result<>(Config const& next, Config const& file)>;
+
 /// At each SIGHUP, has `reload` read the configuration, on another thread, and passes `apply` the one in
 /// force with what the table of keys says may change while the server runs. If it is invalid, or `apply`
 /// refuses it, that is logged and the old one stays in use: parts that `apply` has changed by then get the
@@ -36,12 +41,12 @@ boost::asio::awaitable<result<Configured<Config>>> read_again(Reload<Config> con
 /// value there is named in the log at each SIGHUP. Without `reload` SIGHUP is left alone.
 template<class Config>
 boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor executor, Reload<Config> reload,
-                                             Config in_force, std::function<result<>(Config const&)> apply,
-                                             Logger log)
+                                             Config in_force, Apply<Config> apply, Logger log)
 {
     boost::asio::signal_set signals(executor);
     if (reload)
         signals.add(SIGHUP);
+    auto file = in_force;
     boost::asio::thread_pool reading(1); // its destructor waits for what it reads
     co_await boost::asio::this_coro::throw_if_cancelled(false);
     for (;;) {
@@ -58,10 +63,10 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
         auto next = in_force;
         auto const changes =
             configured ? core::take_reloaded(next, configured->config) : core::ConfigChanges();
-        auto const applied = configured ? apply(next) : result<>(configured.error());
+        auto const applied = configured ? apply(next, configured->config) : result<>(configured.error());
         if (!applied) {
             if (configured)
-                (void)apply(in_force);
+                (void)apply(in_force, file);
             auto const lines = applied.error().message();
             for (auto const line : core::split(lines, '\n'))
                 log.error(core::concat("The configuration stays as it was: ", line));
@@ -70,6 +75,7 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
         for (auto const& warning : configured->warnings)
             log.warning(warning);
         in_force = std::move(next);
+        file = configured->config;
         log.info(changes.applied.empty() ? "The configuration was read again"
                                          : core::concat("The configuration was read again. Applied: ",
                                                         core::join(changes.applied, ", ")));

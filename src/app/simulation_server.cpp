@@ -609,8 +609,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         return app::examine_simulation_server(examined, programs, wall_findings,
                                               app::view_from_inside(doctor.instance()), executor);
     };
-    std::function<result<>(SimulationConfig const&)> const apply =
-        [&](SimulationConfig const& next) -> result<> {
+    app::Apply<SimulationConfig> const apply = [&](SimulationConfig const& next,
+                                                   SimulationConfig const& file) -> result<> {
         auto const next_token_check = app::operator_token_check(next.access);
         if (!next_token_check)
             return next_token_check.error();
@@ -618,7 +618,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         tell_outside_projects(next, walls, log);
         service.apply(next.service);
         registration.apply(registration_params(next));
-        examined = next;
+        examined = file;
         return result<>();
     };
     std::function<void()> const drain = [&service] { service.drain(false); };

@@ -33,7 +33,7 @@ class SlowReload
 public:
     SlowReload()
     {
-        auto const apply = [](SessionConfig const&) { return result<>(); };
+        auto const apply = [](SessionConfig const&, SessionConfig const&) { return result<>(); };
         auto task = app::obey_sighup<SessionConfig>(
             context.get_executor(), [this] { return read(); }, running_, apply, log.logger());
         asio::co_spawn(
@@ -123,7 +123,7 @@ BOOST_AUTO_TEST_CASE(a_configuration_that_is_refused_halfway_is_taken_back)
         return configured;
     };
     std::vector<double> applied;
-    auto const apply = [&applied](SessionConfig const& next) -> result<> {
+    auto const apply = [&applied](SessionConfig const& next, SessionConfig const&) -> result<> {
         applied.push_back(next.load_threshold);
         return next.load_threshold == 70 ? result<>(Failure(errc::invalid_config, "70 is refused"))
                                          : result<>();
