@@ -552,7 +552,7 @@ bool SimulationSession::check_needs(Channel& channel)
     return false;
 }
 
-/// Asks the rules about worlds (HACKING.md, "A rule about worlds"), then the fetcher.
+/// Asks the rules about worlds (docs/recipes.md, "A rule about worlds"), then the fetcher.
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
 {
     auto const admitted = admit();

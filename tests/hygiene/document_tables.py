@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""Checks tables and lists of ARCHITECTURE.md and HACKING.md against the tree: the public headers of each target, the files of
-`src/service`, the files that write `/metrics`, the rooms of the unit tests, which files may start threads; the labels of tests, the codes
+"""Checks tables and lists of HACKING.md, docs/inside.md and docs/recipes.md against the tree: the public headers of each target, the files that write `/metrics`, the rooms of the unit tests, which files may start threads; the labels of tests, the codes
 of failures, and figures of tests."""
 import re
 import sys
@@ -56,10 +55,6 @@ def headers_of(cmake):
             for target, files in lists}
 
 
-def services_said(text):
-    return {Path(name).stem for cells in table(text, '| file | does |') for name in QUOTED.findall(cells[0])}
-
-
 def metrics_said(text):
     sentence = re.search(r'`/metrics` is written by five files: (.*?)\. ', text, re.S).group(1)
     return {Path(name).stem for name in QUOTED.findall(sentence)}
@@ -94,7 +89,7 @@ def number(path, name):
 
 
 def hacking():
-    text = (ROOT / 'HACKING.md').read_text()
+    text = (ROOT / 'HACKING.md').read_text() + (ROOT / 'docs/recipes.md').read_text()
     found = differences('labels of tests', labels(text), labels_used())
     said, is_so = failures_said(text), failures_of((ROOT / 'src/core/simulation/start_figures.cpp').read_text())
     said = {code: label for code, label in said.items() if label != 'other'}
@@ -111,15 +106,14 @@ def hacking():
 
 
 def check():
-    text = (ROOT / 'ARCHITECTURE.md').read_text()
+    text = (ROOT / 'docs/inside.md').read_text()
     sources = {p: p.read_text() for p in (ROOT / 'src').rglob('*.[ch]pp')}
     found = []
     said, is_so = headers_said(text), headers_of((ROOT / 'src/CMakeLists.txt').read_text())
     assert len(is_so) == 3, is_so.keys()
     for target in said.keys() | is_so.keys():
         found += differences(f'headers of {target}', said.get(target, set()), is_so.get(target, set()))
-    found += differences('files of src/service', services_said(text), {p.stem for p in (ROOT / 'src/service').iterdir()})
-    found += differences('files that write /metrics', metrics_said(text),
+    found += differences('files that write /metrics', metrics_said((ROOT / 'docs/recipes.md').read_text()),
                          {p.stem for p, code in sources.items() if 'MetricsText' in code and p.stem != 'metrics_text'})
     for floor in ('core', 'adapters'):
         rooms = [{p.name for p in (ROOT / base / floor).iterdir() if p.is_dir()} for base in ('tests/unit', 'src')]
@@ -134,8 +128,7 @@ def check():
 
 def self_test():
     """A check that finds nothing must be able to find something."""
-    text = '\n| file | does |\n|---|---|\n| `one`, `two.hpp` | x |\n\n| target | headers | x |\n|---|---|---|\n| `a::b` | `c.hpp` | y |\n| | `d/*.hpp` | y |\n'
-    assert services_said(text) == {'one', 'two'}
+    text = '\n| target | headers | x |\n|---|---|---|\n| `a::b` | `c.hpp` | y |\n| | `d/*.hpp` | y |\n'
     assert headers_said(text) == {'a::b': {'c.hpp', 'd/*.hpp'}}
     cmake = 'target_sources(webots_cloud_core PUBLIC FILE_SET HEADERS BASE_DIRS ${x} FILES\n ${headers}/a.hpp\n ${headers}/t/b.hpp)'
     assert headers_of(cmake) == {'webots_cloud::core': {'a.hpp', 't/*.hpp'}}
@@ -146,7 +139,7 @@ def self_test():
 def main():
     self_test()
     found = check()
-    print('\n'.join(found) or 'the tables of ARCHITECTURE.md and HACKING.md are those of the tree')
+    print('\n'.join(found) or 'the tables of the documents are those of the tree')
     return 1 if found else 0
 
 
