@@ -3,6 +3,7 @@
 #pragma once
 
 #include "async/task_group.hpp"
+#include "core/access/quota_counts.hpp"
 #include "core/access/silent_clients.hpp"
 #include "core/access/tickets.hpp"
 #include "core/classes/class_book.hpp"
@@ -225,7 +226,7 @@ private:
     core::WaitingTickets tickets_;
     core::Histogram waits_;
     std::unordered_map<Id, Browser> browsers_;
-    std::unordered_map<std::string, std::size_t> held_; ///< Seats, by group.
+    core::QuotaCounts held_; ///< Seats, by group.
     std::optional<async::TaskGroup> tasks_;
     std::optional<async::Wakeup> line_changed_;
     std::size_t kept_ = 0;                              ///< Bytes of the requests of those who wait.

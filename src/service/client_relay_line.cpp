@@ -95,10 +95,8 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     } else if (browser.came_back) {
         verdict = room_.return_to(browser);
     } else {
-        auto const held = held_.find(browser.group);
-        auto const seats = held == held_.end() ? 0 : held->second;
         auto const away = tickets_.away(browser.group, clock_.wall());
-        verdict = room_.enter(browser, seats + away);
+        verdict = room_.enter(browser, held_.of(browser.group) + away);
     }
     if (verdict != Verdict::waits) {
         ++refused_;

@@ -135,8 +135,7 @@ result<Placement> ClientRelay::find_machine(PlacementRequest const& request, Tim
 void ClientRelay::start_carrying(Browser& browser)
 {
     ++relayed_;
-    if (!browser.group.empty())
-        ++held_[browser.group];
+    held_.add(browser.group);
     if (browser.ride->is_placed)
         hooks_.note_placement(true);
     if (browser.ticket)
@@ -154,8 +153,7 @@ asio::awaitable<void> ClientRelay::carry(Browser& browser)
     ride.machine.reset();
     give_back(ride);
     --relayed_;
-    if (auto const held = held_.find(browser.group); held != held_.end() && --held->second == 0)
-        held_.erase(held);
+    held_.remove(browser.group);
     if (auto const machine = machines_.find(ride.entry); machine != machines_.end())
         machine->second.freed = clock_.now();
     if (goes_back && !browser.has_left) {

@@ -433,7 +433,7 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
     if (verdict == core::TokenBuckets::Verdict::refused_first)
         log.warning(
             LogCause("session limit"),
-            concat("More requests for /session than one address may send come from ", quota_key,
+            concat("More requests for /session than one address may send come from ", asked.refused_by(),
                    ": see \"sessionBurst\" and \"sessionRate\", and \"trustedProxies\" if that is a proxy"));
     return false;
 }

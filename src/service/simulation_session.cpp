@@ -522,10 +522,11 @@ result<> SimulationSession::take_place()
         return {};
     if (verdict == Verdict::full)
         return core::too_many_simulations(admission.max_simulations());
-    auto const max = std::to_string(admission.max_simulations_per_client());
+    auto const& full = admission.full_client();
+    auto const max = std::to_string(full.allowed);
     if (verdict == Verdict::client_full_first)
         context_.log.warning(LogCause("simulation limit"),
-                             concat("More than ", max, " simulations of ", quota_key_,
+                             concat("More than ", max, " simulations of ", full.key,
                                     " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
                                     "that is a proxy"));
     return Failure(errc::refused, concat("Your network has ", max,

@@ -18,7 +18,7 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     auto const ticket = core::read_waiting_ticket(guessed, text, now, 5min);
     if (!ticket)
         return 0;
-    fuzz::require(ticket->group.empty() || ticket->group.size() == core::waiting_group_size);
+    fuzz::require(ticket->group.empty() || core::QuotaLevels(ticket->group).size() == 3);
     fuzz::require(ticket->issued >= now - 80s && ticket->issued <= now + 5s);
     fuzz::require(ticket->rank >= now - 24h && ticket->rank <= now + 5min + 5s);
     fuzz::require(core::make_waiting_ticket(guessed, *ticket) == text);

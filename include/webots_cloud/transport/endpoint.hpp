@@ -44,8 +44,8 @@ struct IncomingRequest
     std::string_view peer;   ///< Numeric address of the other end of the connection, without port.
     std::string_view client; ///< Numeric address of the client: the peer, or the one whose request a trusted
                              ///< proxy forwards.
-    /// The key by which limits for each client are counted: its address, or its /64 network with IPv6. Empty:
-    /// it has no limits, as a trusted proxy itself.
+    /// The key by which limits for each client are counted: its address, or its /64 network with IPv6, whose
+    /// wider networks have limits, too. Empty: it has no limits, as a trusted proxy itself.
     std::string_view quota_key;
     std::string_view body;      ///< Empty but in `Endpoint::respond_to_body`.
     bool upgrade = false;       ///< A well-formed WebSocket handshake (its path is not checked).

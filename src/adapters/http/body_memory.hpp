@@ -1,10 +1,11 @@
 // The memory for bodies of requests: bounded for all together, and for each client.
 #pragma once
 
+#include "core/access/quota_counts.hpp"
+
 #include <cstddef>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 
 namespace webots_cloud::adapters {
@@ -16,33 +17,27 @@ public:
     explicit BodyMemory(std::size_t limit) : limit_(limit) {}
 
     /// One client has a quarter at most, so that others find room.
-    bool has_room(std::string const& key, std::size_t size) const
+    bool has_room(std::string const& key, std::size_t size)
     {
-        if (used_ + size > limit_)
-            return false;
-        auto const found = key.empty() ? clients_.end() : clients_.find(key);
-        return key.empty() || (found == clients_.end() ? 0 : found->second) + size <= limit_ / 4;
+        return used_ + size <= limit_ && !clients_.full_level(key, size, limit_ / 4, limit_);
     }
 
     void add(std::string const& key, std::size_t size)
     {
         used_ += size;
-        if (!key.empty() && size > 0)
-            clients_[key] += size;
+        clients_.add(key, size);
     }
 
     void remove(std::string const& key, std::size_t size)
     {
         used_ -= size;
-        auto const found = clients_.find(key);
-        if (found != clients_.end() && (found->second -= size) == 0)
-            clients_.erase(found);
+        clients_.remove(key, size);
     }
 
 private:
     std::size_t limit_;
     std::size_t used_ = 0;
-    std::unordered_map<std::string, std::size_t> clients_; ///< Those of which there is a body.
+    core::QuotaCounts clients_;
 };
 
 /// The body of a request; counted as long as it exists.
@@ -55,7 +50,7 @@ public:
     RequestBody(RequestBody const&) = delete;
     RequestBody& operator=(RequestBody const&) = delete;
 
-    bool has_room(std::size_t size) const { return memory_.has_room(client_, size); }
+    bool has_room(std::size_t size) { return memory_.has_room(client_, size); }
 
     void append(std::string_view bytes)
     {

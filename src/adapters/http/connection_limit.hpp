@@ -27,6 +27,7 @@ public:
     void leave_room(std::size_t all)
     {
         auto const share = std::max<std::size_t>(1, all - all / 4);
+        connections_.set_all(all);
         is_lowered_ = share < connections_.max();
         if (is_lowered_)
             connections_.set_max(share);
@@ -41,8 +42,9 @@ public:
         ++statistics_.refused_address;
         if (verdict == core::ClientLimit::Verdict::refused_first)
             log_.warning(LogCause("connections"),
-                         core::concat("More than ", std::to_string(connections_.max()), " connections from ",
-                                      quota_key, " are refused: see \"connectionsPerAddress\"",
+                         core::concat("More than ", std::to_string(connections_.refused().allowed),
+                                      " connections from ", connections_.refused().key,
+                                      " are refused: see \"connectionsPerAddress\"",
                                       is_lowered_ ? " and the limit of open files" : "",
                                       ", and \"trustedProxies\" if that is a proxy"));
         return false;

@@ -4,6 +4,7 @@
 #include "client_limit.hpp"
 #include "silent_clients.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -28,7 +29,9 @@ class Admission
 {
 public:
     explicit Admission(AdmissionLimits limits)
-        : max_simulations_(limits.max_simulations), clients_(limits.max_simulations_per_client),
+        : max_simulations_(limits.max_simulations),
+          clients_(limits.max_simulations_per_client,
+                   static_cast<std::size_t>(std::max(0, limits.max_simulations))),
           silent_(limits.max_silent, limits.max_silent_per_client)
     {}
     Admission(Admission const&) = delete;
@@ -92,6 +95,9 @@ public:
 
     /// It has said what it wants, or has left.
     void remove_silent(std::uint64_t id) { silent_.leave(id); }
+
+    /// Whose limit the last `client_full_first` or `client_full` was due to.
+    QuotaCounts::Full const& full_client() const noexcept { return clients_.refused(); }
 
     bool is_full() const noexcept { return simulations_ >= max_simulations_; }
     int max_simulations() const noexcept { return max_simulations_; }

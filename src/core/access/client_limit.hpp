@@ -1,27 +1,25 @@
 // Limits how many of something each client may have.
 #pragma once
 
+#include "quota_counts.hpp"
+
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 namespace webots_cloud::core {
 
-/// Counts what clients hold, by their quota keys, and refuses more than a limit.   Lifetime: must outlive
-/// its tickets.
+/// Counts what clients hold, by their quota keys and the levels of these, and refuses more than a limit.
+/// Lifetime: must outlive its tickets.
 class ClientLimit
 {
-    struct Entry
-    {
-        std::size_t held = 0;
-        bool told = false;
-    };
-    using Entries = std::unordered_map<std::string, Entry>;
-
 public:
-    /// 0: no limit.
-    explicit ClientLimit(std::size_t max = 0) : max_(max) {}
+    /// `max`: of one client; 0: no limit. `all`: how many there can be at all.
+    explicit ClientLimit(std::size_t max = 0, std::size_t all = std::numeric_limits<std::size_t>::max())
+        : max_(max), all_(all)
+    {}
     ClientLimit(ClientLimit const&) = delete;
     ClientLimit& operator=(ClientLimit const&) = delete;
 
@@ -31,14 +29,14 @@ public:
     public:
         Ticket() = default; ///< For what is not counted.
         Ticket(Ticket&& other) noexcept
-            : limit_(std::exchange(other.limit_, nullptr)), entry_(std::exchange(other.entry_, nullptr))
+            : limit_(std::exchange(other.limit_, nullptr)), key_(std::move(other.key_))
         {}
         Ticket& operator=(Ticket&& other) noexcept
         {
             if (this != &other) {
                 release();
                 limit_ = std::exchange(other.limit_, nullptr);
-                entry_ = std::exchange(other.entry_, nullptr);
+                key_ = std::move(other.key_);
             }
             return *this;
         }
@@ -47,22 +45,23 @@ public:
         /// Gives the right back now.
         void release()
         {
-            if (auto* const entry = std::exchange(entry_, nullptr))
-                limit_->give_back(*entry);
+            if (auto* const limit = std::exchange(limit_, nullptr))
+                limit->counts_.remove(key_);
         }
 
     private:
         friend ClientLimit;
-        Ticket(ClientLimit& limit, Entries::value_type& entry) : limit_(&limit), entry_(&entry) {}
+        Ticket(ClientLimit& limit, std::string key) : limit_(&limit), key_(std::move(key)) {}
 
         ClientLimit* limit_ = nullptr;
-        Entries::value_type* entry_ = nullptr;
+        std::string key_;
     };
 
     enum class Verdict
     {
         admitted,
-        refused_first, ///< The first refusal since the client had nothing: worth a line in the log.
+        refused_first, ///< The first refusal since the client (`refused`) had nothing: worth a line in the
+                       ///< log.
         refused
     };
 
@@ -74,32 +73,32 @@ public:
             ticket = Ticket();
             return Verdict::admitted;
         }
-        auto& entry = *entries_.try_emplace(key).first;
-        if (max_ > 0 && entry.second.held >= max_)
-            return std::exchange(entry.second.told, true) ? Verdict::refused : Verdict::refused_first;
-        ++entry.second.held;
-        ticket = Ticket(*this, entry);
+        if (auto full = max_ > 0 ? counts_.full_level(key, 1, max_, all_) : std::nullopt) {
+            refused_ = std::move(*full);
+            return refused_.is_news ? Verdict::refused_first : Verdict::refused;
+        }
+        counts_.add(key);
+        ticket = Ticket(*this, key);
         return Verdict::admitted;
     }
+
+    /// Whose limit the last refusal was due to.
+    QuotaCounts::Full const& refused() const noexcept { return refused_; }
 
     std::size_t max() const noexcept { return max_; }
 
     /// Clients that have more already keep it.
     void set_max(std::size_t max) noexcept { max_ = max; }
+    void set_all(std::size_t all) noexcept { all_ = all; }
 
-    /// Clients that have something.
-    std::size_t clients() const noexcept { return entries_.size(); }
+    /// Clients that have something, and wider networks of them.
+    std::size_t clients() const noexcept { return counts_.size(); }
 
 private:
-    void give_back(Entries::value_type const& entry)
-    {
-        auto const found = entries_.find(entry.first);
-        if (--found->second.held == 0)
-            entries_.erase(found);
-    }
-
     std::size_t max_;
-    Entries entries_; // whose elements stay where they are
+    std::size_t all_;
+    QuotaCounts counts_;
+    QuotaCounts::Full refused_{};
 };
 
 } // namespace webots_cloud::core

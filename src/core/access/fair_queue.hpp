@@ -1,6 +1,8 @@
 // Whose turn it is next where clients ask for more than can be done at once.
 #pragma once
 
+#include "quota_levels.hpp"
+
 #include <webots_cloud/time.hpp>
 
 #include <algorithm>
@@ -16,23 +18,28 @@ namespace webots_cloud::core {
 /// Who has asked for least lately goes first, however many things others have waiting. A client may have four
 /// turns a second: of a client that asks for more, each thing waits behind all that is due earlier, as if it
 /// had come when its turn is (virtual clocks: L. Zhang, SIGCOMM 1990). It is never more than `max_debt`
-/// behind clients that come for the first time.
+/// behind clients that come for the first time. The wider networks of a client (`QuotaLevels`) have turns,
+/// too, as many more as their factors say; the latest of all these turns counts.
 ///
-/// Memory: the things that wait, and a time for each client that has asked for more, of at most 65,536: then
-/// all begin anew.
+/// Memory: the things that wait, and a time for each client and network that has asked for more, of about
+/// 65,536: then all begin anew.
 template<class Thing>
 class FairQueue
 {
 public:
-    /// `now` never decreases.
+    /// `client`: a quota key. `now` never decreases.
     void push(std::string const& client, Thing thing, TimePoint now)
     {
         if (due_.size() >= next_sweep_)
             forget(now);
-        auto& due = due_.try_emplace(client, now).first->second;
-        auto const when = std::max(due, now);
+        auto when = now;
+        for (auto const& level : QuotaLevels(client)) {
+            auto& due = due_.try_emplace(std::string(level.key), now).first->second;
+            when = std::max(when, due);
+            due = std::min(std::max(due, now) + turn / static_cast<Duration::rep>(level.factor),
+                           now + max_debt);
+        }
         waiting_.emplace(when, std::move(thing));
-        due = std::min(when + turn, now + max_debt);
     }
 
     /// The next thing; none: nothing waits.

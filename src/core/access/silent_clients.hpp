@@ -1,12 +1,15 @@
 // Clients that have connected, but not sent a request yet.
 #pragma once
 
+#include "quota_counts.hpp"
+
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace webots_cloud::core {
 
@@ -19,26 +22,19 @@ public:
     SilentClients(std::size_t max, std::size_t max_per_client) : max_(max), max_per_client_(max_per_client) {}
 
     /// Adds `id`, which must be higher than all before. Returns which one must be closed for it, if any: the
-    /// first of the same client if that has too many, else the first of all. The empty key belongs to no
-    /// client.
+    /// first of the same client, or wider network (`QuotaLevels`), if that has too many, else the first of
+    /// all. The empty key belongs to no client.
     std::optional<std::uint64_t> enter(std::uint64_t id, std::string const& quota_key)
     {
-        std::size_t own = 1;
-        auto victim = clients_.begin();
-        for (auto one = clients_.rbegin(); one != clients_.rend() && !quota_key.empty(); ++one) {
-            own += one->second == quota_key ? 1 : 0;
-            if (own > max_per_client_) {
-                victim = std::prev(one.base());
-                break;
-            }
-        }
-        bool const is_full = own > max_per_client_ || clients_.size() >= max_;
         std::optional<std::uint64_t> gone;
-        if (is_full && victim != clients_.end()) {
-            gone = victim->first;
-            clients_.erase(victim);
-        }
+        if (auto const full = counts_.full_level(quota_key, 1, max_per_client_, max_))
+            gone = first_of(full->key);
+        else if (clients_.size() >= max_)
+            gone = first();
+        if (gone)
+            (void)leave(*gone);
         clients_.emplace(id, quota_key);
+        counts_.add(quota_key);
         return gone;
     }
 
@@ -46,7 +42,10 @@ public:
     std::string leave(std::uint64_t id)
     {
         auto const client = clients_.extract(id);
-        return client.empty() ? std::string() : client.mapped();
+        if (client.empty())
+            return {};
+        counts_.remove(client.mapped());
+        return client.mapped();
     }
 
     /// The one that has been silent longest.
@@ -58,10 +57,21 @@ public:
     std::size_t size() const noexcept { return clients_.size(); }
 
 private:
+    /// The one of a client or wider network that has been silent longest.
+    std::optional<std::uint64_t> first_of(std::string_view level) const
+    {
+        auto const found = std::find_if(clients_.begin(), clients_.end(), [level](auto const& client) {
+            QuotaLevels const levels(client.second);
+            return std::any_of(levels.begin(), levels.end(),
+                               [level](QuotaLevel const& each) { return each.key == level; });
+        });
+        return found == clients_.end() ? std::nullopt : std::optional(found->first);
+    }
+
     std::size_t max_;
     std::size_t max_per_client_;
-    std::map<std::uint64_t, std::string>
-        clients_; // some hundreds: to look at all of them costs a microsecond
+    std::map<std::uint64_t, std::string> clients_; // some hundreds: to look at all of them costs some µs
+    QuotaCounts counts_;
 };
 
 } // namespace webots_cloud::core

@@ -1,9 +1,12 @@
 // Limits the rate of each client's requests.
 #pragma once
 
+#include "quota_levels.hpp"
+
 #include <webots_cloud/time.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -15,7 +18,8 @@
 namespace webots_cloud::core {
 
 /// A token bucket for each client, by its quota key: a burst of requests, and a rate per second in the
-/// long run.
+/// long run. Each wider network of a client (`QuotaLevels`) has one, too, with as much more as its factor
+/// says.
 ///
 /// Bounded: when there are too many buckets, full ones are dropped, which loses nothing, and then those that
 /// would be full soonest. No client is refused because the table is full; an attacker with very many
@@ -39,7 +43,8 @@ public:
     enum class Verdict
     {
         taken,
-        refused_first, ///< The first refusal since the bucket was full: worth a line in the log.
+        refused_first, ///< The first refusal since the bucket (`refused_by`) was full: worth a line in the
+                       ///< log.
         refused
     };
 
@@ -48,29 +53,39 @@ public:
     {
         if (key.empty() || capacity_ == Duration::zero())
             return Verdict::taken;
-        auto found = buckets_.find(key);
-        if (found == buckets_.end()) {
-            if (buckets_.size() >= max_clients_)
-                make_room(now);
-            found = buckets_.try_emplace(std::string(key)).first;
+        QuotaLevels const levels(key);
+        if (buckets_.size() + levels.size() > max_clients_ && buckets_.find(key) == buckets_.end())
+            make_room(now);
+        std::array<Bucket*, QuotaLevels::most> taken_from{}; // which stay where they are
+        auto next = taken_from.begin();
+        for (auto const& level : levels) {
+            auto& bucket = bucket_of(level.key, now);
+            if (bucket.full_at + interval_of(level) - now > capacity_) {
+                refused_by_ = level.key;
+                return std::exchange(bucket.told, true) ? Verdict::refused : Verdict::refused_first;
+            }
+            *next++ = &bucket;
         }
-        auto& bucket = found->second;
-        if (bucket.full_at <= now)
-            bucket = Bucket(now);
-        auto const full_at = bucket.full_at + interval_;
-        if (full_at - now > capacity_)
-            return std::exchange(bucket.told, true) ? Verdict::refused : Verdict::refused_first;
-        bucket.full_at = full_at;
+        next = taken_from.begin();
+        for (auto const& level : levels)
+            (*next++)->full_at += interval_of(level);
         return Verdict::taken;
     }
+
+    /// Whose bucket was empty at the last refusal: the client's key, or the name of a wider network.
+    std::string const& refused_by() const noexcept { return refused_by_; }
 
     /// Whether `take` would take one.
     bool has_token(std::string_view key, TimePoint now) const
     {
         if (key.empty() || capacity_ == Duration::zero())
             return true;
-        auto const found = buckets_.find(key);
-        return found == buckets_.end() || std::max(found->second.full_at, now) + interval_ - now <= capacity_;
+        QuotaLevels const levels(key);
+        return std::all_of(levels.begin(), levels.end(), [this, now](QuotaLevel const& level) {
+            auto const found = buckets_.find(level.key);
+            return found == buckets_.end() ||
+                   std::max(found->second.full_at, now) + interval_of(level) - now <= capacity_;
+        });
     }
 
     /// How long at most a client that was refused waits for its next token.
@@ -89,14 +104,22 @@ private:
         bool told = false;
     };
 
-    struct Hash
+    /// What a token costs: less where there are more of them, so that every bucket is full after the same
+    /// time.
+    Duration interval_of(QuotaLevel const& level) const noexcept
     {
-        using is_transparent = void;
-        std::size_t operator()(std::string_view key) const noexcept
-        {
-            return std::hash<std::string_view>()(key);
-        }
-    };
+        return std::max(Duration(1), interval_ / static_cast<Duration::rep>(level.factor));
+    }
+
+    Bucket& bucket_of(std::string_view key, TimePoint now)
+    {
+        auto found = buckets_.find(key);
+        if (found == buckets_.end())
+            found = buckets_.try_emplace(std::string(key)).first;
+        if (found->second.full_at <= now)
+            found->second = Bucket(now);
+        return found->second;
+    }
 
     /// Costs about a millisecond for 10,000, once in at least 5,000 new clients.
     void make_room(TimePoint now)
@@ -116,7 +139,8 @@ private:
     std::size_t max_clients_ = 1;
     Duration interval_{};
     Duration capacity_{};
-    std::unordered_map<std::string, Bucket, Hash, std::equal_to<>> buckets_;
+    std::unordered_map<std::string, Bucket, QuotaKeyHash, std::equal_to<>> buckets_;
+    std::string refused_by_;
 };
 
 } // namespace webots_cloud::core

@@ -136,8 +136,8 @@ constexpr std::array session_visitors{
               .reloaded = true},
     ConfigKey{.name = "sessionBurst",
               .value = member<&SessionConfig::service, &SessionServiceConfig::session_burst>,
-              .text = "how many requests for `/session` each address or IPv6 /64 network may make at once; "
-                      "0: unlimited",
+              .text = "how many requests for `/session` each address or "
+                      "[IPv6 network](docs/access.md#networks-of-ipv6) may make at once; 0: unlimited",
               .max = 100'000,
               .reloaded = true},
     ConfigKey{.name = "sessionRate",

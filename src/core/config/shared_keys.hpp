@@ -55,9 +55,10 @@ inline constexpr std::array connection_keys{
     },
     ConfigKey{.name = "connectionsPerAddress",
               .value = member<&Config::network, &NetworkConfig::connections_per_address>,
-              .text =
-                  "maximum number of connections from one address or IPv6 /64 network, never more than "
-                  "three quarters of what the limit of open files allows; trusted proxies are not limited",
+              .text = "maximum number of connections from one address or [IPv6 "
+                      "network](docs/access.md#networks-of-ipv6), never more than three quarters of what the "
+                      "limit of open files allows; trusted proxies are "
+                      "not limited",
               .min = 1,
               .max = 1'000'000},
     ConfigKey{.name = "pingTimeout",

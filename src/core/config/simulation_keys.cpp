@@ -308,7 +308,8 @@ constexpr std::array simulation_visitors{
               .max = 10'000},
     ConfigKey{.name = "simulationsPerAddress",
               .value = member<&SimulationConfig::service, &SimulationServiceConfig::simulations_per_address>,
-              .text = "maximum number of simulations of one address or IPv6 /64 network, see "
+              .text = "maximum number of simulations of one address or "
+                      "[IPv6 network](docs/access.md#networks-of-ipv6), see "
                       "[docs/access.md](docs/access.md#a-class-behind-one-address); 0: no limit",
               .absent = "3/4 of `maxConnections`",
               .max = 10'000,

@@ -20,20 +20,21 @@ Duration penalty(WaitingRoomParams const& params, std::size_t seats)
 
 WaitingRoom::Verdict WaitingRoom::enter(Customer& customer, std::size_t held)
 {
-    auto const answer = verdict(customer.group);
-    if (answer == Verdict::waits) {
-        auto const later = penalty(params_, held + size_of(customer.group));
-        customer.rank += std::chrono::duration_cast<WallTime::duration>(later);
-        if (auto const others = groups_.find(customer.group); others != groups_.end())
-            customer.rank = std::max(customer.rank, others->second.last);
-        put_back(customer);
-    }
-    return answer;
+    if (is_full())
+        return Verdict::full;
+    if (!has_room_for(customer.group))
+        return Verdict::group_full;
+    auto const later = penalty(params_, held + size_of(customer.group));
+    customer.rank += std::chrono::duration_cast<WallTime::duration>(later);
+    if (auto const last = last_ranks_.find(customer.group); last != last_ranks_.end())
+        customer.rank = std::max(customer.rank, last->second);
+    put_back(customer);
+    return Verdict::waits;
 }
 
 WaitingRoom::Verdict WaitingRoom::return_to(Customer& customer)
 {
-    if (size_of(customer.group) >= group_places())
+    if (!has_room_for(customer.group))
         return Verdict::group_full;
     put_back(customer);
     return Verdict::waits;
@@ -42,10 +43,9 @@ WaitingRoom::Verdict WaitingRoom::return_to(Customer& customer)
 void WaitingRoom::put_back(Customer& customer)
 {
     if (!customer.group.empty()) {
-        auto& counted = *groups_.try_emplace(customer.group).first;
-        ++counted.second.waiting;
-        counted.second.last = std::max(counted.second.last, customer.rank);
-        customer.counted_in_ = &counted;
+        counts_.add(customer.group);
+        auto& last = last_ranks_.try_emplace(customer.group, customer.rank).first->second;
+        last = std::max(last, customer.rank);
     }
     line_.insert(place_of(customer), &customer);
     customer.is_in_line_ = true;
@@ -57,9 +57,9 @@ bool WaitingRoom::leave(Customer& customer)
         return false;
     line_.erase(place_of(customer));
     customer.is_in_line_ = false;
-    auto* const group = std::exchange(customer.counted_in_, nullptr);
-    if (group && --group->second.waiting == 0)
-        groups_.erase(groups_.find(group->first));
+    counts_.remove(customer.group);
+    if (!counts_.has_any(customer.group))
+        last_ranks_.erase(customer.group);
     return true;
 }
 
@@ -68,22 +68,14 @@ std::size_t WaitingRoom::ahead_of(Customer const& customer) const
     return static_cast<std::size_t>(place_of(customer) - line_.begin());
 }
 
-std::size_t WaitingRoom::size_of(std::string const& group) const
-{
-    auto const found = groups_.find(group);
-    return found == groups_.end() ? 0 : found->second.waiting;
-}
-
 std::size_t WaitingRoom::group_places() const noexcept
 {
     return std::max(params_.places / 4, std::min(params_.places, least_group_places));
 }
 
-WaitingRoom::Verdict WaitingRoom::verdict(std::string const& group) const
+bool WaitingRoom::has_room_for(std::string const& group)
 {
-    if (is_full())
-        return Verdict::full;
-    return size_of(group) >= group_places() ? Verdict::group_full : Verdict::waits;
+    return !counts_.full_level(group, 1, group_places(), params_.places);
 }
 
 /// Where it is, or has to be.

@@ -1,6 +1,8 @@
 // The line of the browsers that wait for a seat.
 #pragma once
 
+#include "core/access/quota_counts.hpp"
+
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>
@@ -35,15 +37,10 @@ struct WaitingRoomParams
 /// SIGCOMM 1996) comes the idea to stamp each arrival with a time that lies the further ahead the more its
 /// flow has asked for, and to serve in the order of stamps; here the distance is bounded and forgets what the
 /// group no longer has, so a group is delayed, but neither starved nor punished later.
+///
+/// A group that is an IPv6 network also counts as part of the wider networks that it is in (`QuotaLevels`).
 class WaitingRoom
 {
-    struct Group
-    {
-        std::size_t waiting = 0;
-        WallTime last{}; ///< The latest rank of those who wait, or have waited since one of them did.
-    };
-    using Groups = std::unordered_map<std::string, Group>;
-
 public:
     using Id = std::uint64_t;
 
@@ -62,8 +59,8 @@ public:
         // None of them changes while it is in the line, unless the room changes it.
         Id id;
         WallTime rank{};   ///< Before `WaitingRoom::enter`: when it came.
-        std::string group; ///< Whose seats count together (the client's quota key, its class); empty: they
-                           ///< count with nobody's.
+        std::string group; ///< Whose seats count together (the client's quota key, its class, or a name for
+                           ///< one of these); empty: they count with nobody's.
 
     protected:
         ~Customer() = default;
@@ -72,7 +69,6 @@ public:
         friend class WaitingRoom;
 
         bool is_in_line_ = false;
-        Groups::value_type* counted_in_ = nullptr; // elements of unordered maps stay where they are
     };
 
     enum class Verdict
@@ -108,10 +104,12 @@ public:
     /// How many are ahead.   Precondition: it is in the line.
     std::size_t ahead_of(Customer const& customer) const;
 
-    std::size_t size_of(std::string const& group) const;
+    /// How many of a group wait; or its share of those of a wider network, if that is more.
+    std::size_t size_of(std::string const& group) const { return counts_.of(group); }
     bool is_full() const noexcept { return line_.size() >= params_.places; }
 
     /// How many of a group may wait: a quarter of the places, at least 40, or all where there are fewer.
+    /// Wider networks have more (`allowance`).
     std::size_t group_places() const noexcept;
 
     WaitingRoomParams const& params() const noexcept { return params_; }
@@ -122,12 +120,14 @@ public:
 private:
     using Line = std::deque<Customer*>;
 
-    Verdict verdict(std::string const& group) const;
+    bool has_room_for(std::string const& group);
     Line::const_iterator place_of(Customer const& customer) const;
 
     WaitingRoomParams params_;
     Line line_; ///< Sorted. Most come at its end and leave at its beginning.
-    Groups groups_;
+    QuotaCounts counts_;
+    /// The latest rank of those of a group who wait, or have waited since one of them did.
+    std::unordered_map<std::string, WallTime> last_ranks_;
 };
 
 } // namespace webots_cloud::core

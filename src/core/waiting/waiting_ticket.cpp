@@ -1,7 +1,10 @@
 #include "waiting_ticket.hpp"
 
+#include "core/access/ip_address.hpp"
 #include "core/base64.hpp"
 #include "core/text.hpp"
+
+#include <algorithm>
 
 namespace webots_cloud::core {
 namespace {
@@ -11,8 +14,9 @@ using namespace std::chrono_literals;
 // The secret is used for other things, too.
 constexpr std::string_view ticket_purpose = "webots_cloud waiting ticket 1\n";
 constexpr std::string_view group_purpose = "webots_cloud waiting group 1\n";
+constexpr std::size_t group_size = 8; // a /64 network
 constexpr std::size_t time_size = 8;
-constexpr std::size_t content_size = WaitingId().size() + waiting_group_size + 2 * time_size;
+constexpr std::size_t content_size = WaitingId().size() + group_size + 2 * time_size;
 constexpr std::size_t mac_size = 32;
 static_assert(waiting_ticket_size == (content_size + mac_size) / 3 * 4 && (content_size + mac_size) % 3 == 0);
 constexpr Duration clock_tolerance = 5s;
@@ -37,6 +41,22 @@ WallTime time_of(std::string_view bytes)
         std::chrono::nanoseconds(static_cast<std::int64_t>(count))));
 }
 
+/// The name of a group, from 8 bytes or more. Global unicast, as only that has levels.
+std::string group_of(std::string_view bytes)
+{
+    IpAddress::Bytes network{};
+    std::copy_n(bytes.begin(), group_size, network.begin());
+    network[0] = static_cast<std::uint8_t>((network[0] & 0x1f) | 0x20);
+    return IpAddress(network).quota_key();
+}
+
+/// None: zeros.
+std::string bytes_of(std::string_view group)
+{
+    auto const network = IpAddress::parse(group.substr(0, group.find('/'))).value_or(IpAddress());
+    return {network.bytes().begin(), network.bytes().begin() + group_size};
+}
+
 WallTime later(WallTime time, Duration by)
 {
     return time + std::chrono::duration_cast<WallTime::duration>(by);
@@ -44,16 +64,29 @@ WallTime later(WallTime time, Duration by)
 
 } // namespace
 
+/// The key keeps what its networks have in common (as Crypto-PAn does: J. Fan, J. Xu, M. Ammar, S. Moon,
+/// Computer Networks 2004): of the name, 6 bytes stand for the /48, and one each for the rest of /56 and /64.
 std::string waiting_group(Mac const& mac, std::string_view key)
 {
-    return key.empty() ? std::string() : mac(concat(group_purpose, key)).substr(0, waiting_group_size);
+    QuotaLevels const levels(key);
+    if (levels.size() == 0)
+        return {};
+    auto const pad = [&mac](QuotaLevel const& level) { return mac(concat(group_purpose, level.key)); };
+    if (levels.size() == 1)
+        return group_of(pad(*levels.begin()));
+    auto const address = IpAddress::parse(key.substr(0, key.find('/')))->bytes();
+    auto name = pad(levels.begin()[2]).substr(0, group_size);
+    auto const hide = [&](std::size_t byte, char with) {
+        name[byte] = static_cast<char>(static_cast<unsigned char>(with) ^ address[byte]);
+    };
+    hide(6, name[6]);
+    hide(7, pad(levels.begin()[1]).front());
+    return group_of(name);
 }
 
 std::string make_waiting_ticket(Mac const& mac, WaitingTicket const& ticket)
 {
-    auto group = ticket.group;
-    group.resize(waiting_group_size); // none: zeros
-    auto const content = concat(std::string_view(ticket.id.data(), ticket.id.size()), group,
+    auto const content = concat(std::string_view(ticket.id.data(), ticket.id.size()), bytes_of(ticket.group),
                                 bytes_of(ticket.rank), bytes_of(ticket.issued));
     return base64url(concat(content, mac(concat(ticket_purpose, content))));
 }
@@ -75,9 +108,8 @@ std::optional<WaitingTicket> read_waiting_ticket(Mac const& mac, std::string_vie
         return std::nullopt;
     WaitingTicket ticket;
     take(ticket.id.size()).copy(ticket.id.data(), ticket.id.size());
-    ticket.group = take(waiting_group_size);
-    if (ticket.group == std::string(waiting_group_size, '\0'))
-        ticket.group.clear();
+    if (auto const group = take(group_size); group != std::string(group_size, '\0'))
+        ticket.group = group_of(group);
     ticket.rank = time_of(take(time_size));
     ticket.issued = time_of(take(time_size));
     bool const is_of_now = ticket.issued >= later(now, -waiting_ticket_lifetime) &&
@@ -110,8 +142,7 @@ void WaitingTickets::leave(WaitingId const& id, std::uint64_t connection, WallTi
     if (found == here_.end() || found->second.connection != connection)
         return;
     auto const until = later(now, waiting_ticket_lifetime);
-    if (!found->second.group.empty())
-        ++away_of_[found->second.group];
+    away_of_.add(found->second.group);
     away_.emplace(id, Gone{std::move(found->second.group), until});
     away_order_.emplace(until, id);
     here_.erase(found);
@@ -138,8 +169,7 @@ void WaitingTickets::serve(WaitingId const& id, std::uint64_t connection, WallTi
 std::size_t WaitingTickets::away(std::string const& group, WallTime now)
 {
     forget(now);
-    auto const found = away_of_.find(group);
-    return found == away_of_.end() ? 0 : found->second;
+    return away_of_.of(group);
 }
 
 void WaitingTickets::forget(WallTime now)
@@ -157,9 +187,7 @@ void WaitingTickets::forget_away(WaitingId const& id)
     auto const found = away_.find(id);
     if (found == away_.end())
         return;
-    if (auto const group = away_of_.find(found->second.group);
-        group != away_of_.end() && --group->second == 0)
-        away_of_.erase(group);
+    away_of_.remove(found->second.group);
     away_order_.erase({found->second.until, id});
     away_.erase(found);
 }

@@ -1,6 +1,7 @@
 // Tickets that keep a browser's place in the line while it has no connection, also over a restart.
 #pragma once
 
+#include "core/access/quota_counts.hpp"
 #include "core/access/tickets.hpp"
 
 #include <webots_cloud/time.hpp>
@@ -20,7 +21,6 @@ namespace webots_cloud::core {
 
 /// Random bytes, the same in all tickets of one place in the line.
 using WaitingId = std::array<char, 16>;
-constexpr std::size_t waiting_group_size = 8;
 constexpr std::size_t waiting_ticket_size = 96; ///< Characters of the text.
 /// How often who waits is sent a new ticket.
 constexpr Duration waiting_ticket_interval = std::chrono::seconds(20);
@@ -37,10 +37,11 @@ struct WaitingTicket
 
 /// Names a group (a client's quota key, a class) without telling which it is. The name of the group in
 /// `WaitingRoom` and `WaitingTickets`, so that who returns from another network still counts where it did.
-/// The empty group stays empty.
+/// It has the form of an IPv6 network, /64, so that it counts on levels (`QuotaLevels`): names of networks
+/// that are in the same /56 or /48 are so, too, and no others. The empty group stays empty.
 std::string waiting_group(Mac const& mac, std::string_view key);
 
-/// In base64url (RFC 4648, section 5).   Precondition: the group has `waiting_group_size` bytes or none.
+/// In base64url (RFC 4648, section 5).   Precondition: the group is a `waiting_group`.
 std::string make_waiting_ticket(Mac const& mac, WaitingTicket const& ticket);
 
 /// A ticket of ours that may be used now, from any bytes; else nothing: one that is damaged or not ours, was
@@ -116,7 +117,7 @@ private:
     ById<WallTime> served_;
     Order away_order_;
     Order served_order_;
-    std::unordered_map<std::string, std::size_t> away_of_; // group -> how many
+    QuotaCounts away_of_; // groups
 };
 
 } // namespace webots_cloud::core

@@ -28,7 +28,7 @@ int taken(TokenBuckets& buckets, std::string_view client, TimePoint now, int tim
 
 std::string stranger(int number)
 {
-    return "2001:db8:" + std::to_string(number / 10'000) + ":" + std::to_string(number % 10'000) + "::/64";
+    return "2001:" + std::to_string(number / 10'000) + ":" + std::to_string(number % 10'000) + "::/64";
 }
 
 } // namespace
@@ -100,7 +100,8 @@ BOOST_AUTO_TEST_CASE(a_million_addresses_find_a_small_table_and_are_not_locked_o
         refused += buckets.take(stranger(i), start) == Verdict::taken ? 0 : 1;
         max = std::max(max, buckets.size());
     }
-    BOOST_TEST(max == 10'000u);
+    BOOST_TEST(max <= 10'000u); // networks, each with two wider ones
+    BOOST_TEST(max > 9'900u);
     BOOST_TEST(refused == 0);
     BOOST_TEST(taken(buckets, "newcomer", start, 300) == 200);
 }
@@ -118,7 +119,7 @@ BOOST_AUTO_TEST_CASE(full_buckets_go_first)
 {
     TokenBuckets buckets(2, 1, 10);
     for (int i = 0; i < 9; ++i)
-        (void)buckets.take(stranger(i), start);
+        (void)buckets.take("stranger " + std::to_string(i), start);
     BOOST_TEST(taken(buckets, "busy", start, 5) == 2);
     BOOST_TEST(buckets.size() == 10u);
     BOOST_TEST(taken(buckets, "new", start + 1500ms, 1) == 1);

@@ -125,11 +125,34 @@ BOOST_AUTO_TEST_CASE(the_same_secret_serves_for_other_things_too)
 BOOST_AUTO_TEST_CASE(a_group_is_named_but_not_told)
 {
     auto const group = core::waiting_group(mac, "203.0.113.7");
-    BOOST_TEST(group.size() == core::waiting_group_size);
     BOOST_TEST(group == core::waiting_group(mac, "203.0.113.7"));
     BOOST_TEST(group != core::waiting_group(mac, "203.0.113.8"));
     BOOST_TEST(group != core::waiting_group(mac_with("Secret"), "203.0.113.7"));
     BOOST_TEST(core::waiting_group(mac, "") == "");
+}
+
+// So that a home is one group, although it has 256 or 65,536 networks.
+BOOST_AUTO_TEST_CASE(names_have_in_common_what_their_networks_have)
+{
+    auto const levels = [](std::string_view key) {
+        std::vector<std::string> names;
+        auto const group = core::waiting_group(mac, key);
+        for (auto const& level : core::QuotaLevels(group))
+            names.emplace_back(level.key);
+        return names;
+    };
+    auto const one = levels("2001:db8:1:200::/64");
+    auto const in_56 = levels("2001:db8:1:2ff::/64");
+    auto const in_48 = levels("2001:db8:1:300::/64");
+    auto const other = levels("2001:db8:2:200::/64");
+    BOOST_REQUIRE(one.size() == 3u);
+    BOOST_TEST((one[0] != in_56[0] && one[1] == in_56[1] && one[2] == in_56[2]));
+    BOOST_TEST((one[0] != in_48[0] && one[1] != in_48[1] && one[2] == in_48[2]));
+    BOOST_TEST((one[0] != other[0] && one[1] != other[1] && one[2] != other[2]));
+    BOOST_TEST(one[0] != "2001:db8:1:200::/64");
+    auto given = ticket();
+    given.group = core::waiting_group(mac, "2001:db8:1:200::/64");
+    BOOST_TEST(read(core::make_waiting_ticket(mac, given)).value().group == one[0]);
 }
 
 BOOST_AUTO_TEST_CASE(one_connection_has_the_place)
