@@ -47,6 +47,7 @@ struct PolledServer
     /// Only a report with the counters of our simulation servers will do: what answers otherwise is taken
     /// for another service.
     bool must_be_ours = false;
+    bool elsewhere = false; ///< As in its ServerSpec.
 };
 
 /// Polls `GET /load` of every server, each on its own schedule: a slow server does not delay the polls of

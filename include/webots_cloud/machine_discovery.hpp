@@ -12,6 +12,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
@@ -34,6 +35,9 @@ struct MachineDiscoveryParams
     std::vector<ServerSpec> entries;
     /// Names and announcements may lead to this machine itself, by its loopback addresses.
     bool loopback = false;
+    /// So many machines may announce themselves, 10,000 at most; from the start, not by `apply`. Each that is
+    /// polled takes a descriptor.
+    std::size_t max_announced = 10'000;
 
     bool operator==(MachineDiscoveryParams const&) const = default;
 };

@@ -51,6 +51,9 @@ struct ServerSpec
     /// Browsers reach it through the session server alone, below a path of its own there: as a machine that
     /// was found, of which several may have the same port. Only with `internal_address`.
     bool has_own_path = false;
+    /// It was found, and is not on this machine: whatever a name server says, it is not reached at addresses
+    /// of the loopback, and at no others that no machine can have.
+    bool elsewhere = false;
     /// More ports of that machine that the gateway passes on, the first and the last. 0: none.
     std::uint16_t first_port = 0;
     std::uint16_t last_port = 0;

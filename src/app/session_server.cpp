@@ -37,6 +37,8 @@
 #include <random>
 #include <unordered_set>
 
+#include <sys/resource.h>
+
 namespace webots_cloud {
 namespace {
 
@@ -158,11 +160,22 @@ AccessParams session_access_params(SessionConfig const& config, std::vector<Serv
     return params;
 }
 
+/// That may announce themselves: polls of each take a descriptor, and most are for browsers.
+std::size_t affordable_machines()
+{
+    rlimit limit{};
+    auto const most = MachineDiscoveryParams().max_announced;
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0)
+        return most;
+    return static_cast<std::size_t>(std::min<rlim_t>(most, limit.rlim_cur / 4));
+}
+
 MachineDiscoveryParams discovery_params(SessionConfig const& config)
 {
     MachineDiscoveryParams params;
     params.entries = config.simulation_servers;
     params.loopback = config.discover_loopback;
+    params.max_announced = config.announcements ? affordable_machines() : 0;
     return params;
 }
 
@@ -214,6 +227,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         co_return usable;
     auto server_params = http_server_params(config.address.port, config.network);
     server_params.tls_authorities = config.ca_file;
+    server_params.spare_descriptors += discovery_params(config).max_announced;
     auto const server = make_http_server(executor, std::move(server_params), log);
     auto const tickets = app::ticket_maker(config, *clock);
     if (!tickets)

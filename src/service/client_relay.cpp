@@ -60,6 +60,7 @@ void ClientRelay::put(ServerSpec const& server)
     auto& machine = machines_[server.address];
     machine.internal_address = server.internal_address;
     machine.internal_name = server.internal_name;
+    machine.elsewhere = server.elsewhere;
 }
 
 void ClientRelay::remove(std::string_view entry)

@@ -35,7 +35,8 @@ struct ClientRelay::Machine
 
     std::string internal_address;
     std::string internal_name;
-    TimePoint freed{}; ///< When a simulation of ours has ended there.
+    bool elsewhere = false; ///< As in ServerSpec.
+    TimePoint freed{};      ///< When a simulation of ours has ended there.
     TimePoint polled{};
 };
 

@@ -337,6 +337,7 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
         request.url = concat("ws", inside.url.substr(4)); // in place of "http"
         request.address = std::move(inside.address);
     }
+    request.elsewhere = machine->second.elsewhere;
     // The machine answers with an address that this browser can reach, and counts for this browser.
     auto below_us = hooks_.public_address ? hooks_.public_address(ride.entry, browser.host) : std::string();
     if (!below_us.empty()) {

@@ -143,6 +143,7 @@ HttpRequest LoadMonitor::Impl::load_request(Watch const& watch) const
     }
     request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
     request.timeout = params.timeout;
+    request.elsewhere = server.elsewhere;
     return request;
 }
 

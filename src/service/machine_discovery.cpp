@@ -55,7 +55,8 @@ struct MachineDiscovery::Impl
 {
     Impl(MachineDiscoveryParams parameters, NameService& name_service, Clock& time, Logger logger,
          MachineDiscoveryHooks others)
-        : names(name_service), clock(time), log(std::move(logger)), hooks(std::move(others))
+        : names(name_service), clock(time), log(std::move(logger)), hooks(std::move(others)),
+          announced(std::min(parameters.max_announced, core::AnnouncedMachines::max_machines))
     {
         take(std::move(parameters));
     }
@@ -70,6 +71,7 @@ struct MachineDiscovery::Impl
     asio::awaitable<void> look_up(std::shared_ptr<WatchedName> watched);
     void forget_silent();
     HttpResponse take_announcement(IncomingRequest const& request);
+    void warn_of_too_many(std::string_view machine);
     asio::awaitable<result<>> run();
 
     MachineDiscoveryParams params;
@@ -81,6 +83,7 @@ struct MachineDiscovery::Impl
     core::AnnouncedMachines announced;
     ServerSpec announced_as; ///< How they are treated.
     core::MachineList list;  ///< Its sources are the entries by their places, and behind them announcements.
+    bool has_warned_of_too_many = false;
     std::unordered_set<std::string> lost;    ///< Machines that can't be reached, as far as that matters.
     std::optional<async::TaskGroup> lookups; ///< While `run` is awaited.
 };
@@ -165,6 +168,8 @@ void MachineDiscovery::Impl::name_machines(WatchedName& name)
 {
     auto machines = name.machines.machines(
         [this](std::string_view address) { return lost.contains(std::string(address)); });
+    for (auto& machine : machines)
+        machine.elsewhere = !params.loopback;
     auto before = name.named.begin();
     for (auto const& machine : machines) {
         for (; before != name.named.end() && before->address < machine.address; ++before)
@@ -203,6 +208,7 @@ std::optional<ServerSpec> MachineDiscovery::Impl::announced_machine(std::string 
 {
     auto machine = announced_as;
     machine.address = std::move(address);
+    machine.elsewhere = !params.loopback;
     return core::reach_inside(machine, std::nullopt) ? std::optional(std::move(machine)) : std::nullopt;
 }
 
@@ -316,7 +322,20 @@ HttpResponse MachineDiscovery::Impl::take_announcement(IncomingRequest const& re
     case core::AnnouncementVerdict::too_many:
         break;
     }
+    warn_of_too_many(announcement->machine);
     return refused_announcement(503, "Too many machines have announced themselves.");
+}
+
+/// Once: those that are refused try again every ten seconds.
+void MachineDiscovery::Impl::warn_of_too_many(std::string_view machine)
+{
+    if (std::exchange(has_warned_of_too_many, true))
+        return;
+    log.warning(
+        concat(core::printable(machine), " announces itself and is refused, as others may be from now on: ",
+               "there are ", std::to_string(announced.max_here()),
+               " such machines. That is a quarter of the limit of open files, and 10,000 at most: raise it "
+               "(LimitNOFILE= of systemd, or \"ulimit -n\"), or see which of them are not yours"));
 }
 
 } // namespace webots_cloud

@@ -269,6 +269,7 @@ void SessionService::Impl::put_server(ServerSpec const& server, std::string_view
     polled.internal_address = server.internal_address;
     polled.internal_name = server.internal_name;
     polled.must_be_ours = server.has_own_path;
+    polled.elsewhere = server.elsewhere;
     machines.put(server);
     scheduler.put_server(machines.treated(server.address), before);
     monitor.put_server(polled, before);

@@ -24,6 +24,9 @@ struct HttpRequest
     /// Numeric: where to connect, unless empty, instead of the addresses of the URL's host. The certificate
     /// has to be for that host all the same.
     std::string address;
+    /// The server is known to be on another machine: addresses of the loopback, and others that no machine
+    /// can have, are left out, whatever its name means.
+    bool elsewhere = false;
     HttpHeaders headers;
     std::string body;
     /// For the whole exchange: name, connection, TLS and answer.

@@ -21,9 +21,10 @@ struct WebSocketRequest
     WebSocketRequest() = default;
     explicit WebSocketRequest(std::string url) : url(std::move(url)) {}
 
-    std::string url;     ///< `ws://` or `wss://`, absolute.
-    std::string address; ///< As in HttpRequest.
-    HttpHeaders headers; ///< Of the handshake; `Host` replaces what the URL says.
+    std::string url;        ///< `ws://` or `wss://`, absolute.
+    std::string address;    ///< As in HttpRequest.
+    bool elsewhere = false; ///< Likewise.
+    HttpHeaders headers;    ///< Of the handshake; `Host` replaces what the URL says.
     /// For name, connection, TLS and handshake together.
     Duration timeout = std::chrono::seconds(5);
     /// Bytes; the channel is closed when the other side sends a longer message.

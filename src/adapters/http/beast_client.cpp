@@ -240,6 +240,7 @@ asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request
     if (!target)
         co_return target.error();
     target->address = request.address;
+    target->elsewhere = request.elsewhere;
     auto addresses = co_await servers_.resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();

@@ -391,6 +391,7 @@ asio::awaitable<result<std::unique_ptr<Channel>>> BeastWebSocketClient::connect(
     if (!target)
         co_return target.error();
     target->address = request.address;
+    target->elsewhere = request.elsewhere;
     auto addresses = co_await servers_.resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();

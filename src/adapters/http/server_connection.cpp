@@ -1,5 +1,7 @@
 #include "server_connection.hpp"
 
+#include "core/access/ip_address.hpp"
+#include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/as_tuple.hpp>
@@ -60,6 +62,14 @@ asio::awaitable<result<>> encrypt(EncryptedStream& stream, std::string const& ho
                       handshake_problem(stream.native_handle(), openssl_error, error.message()));
 }
 
+constexpr std::size_t max_shown_host = 100;
+
+bool is_no_machine(tcp::endpoint const& endpoint)
+{
+    auto const address = core::IpAddress::parse(endpoint.address().to_string());
+    return !address || !core::is_machine_address(*address, false);
+}
+
 } // namespace
 
 result<ServerTarget> parse_http_target(std::string const& url)
@@ -81,13 +91,18 @@ asio::awaitable<result<std::vector<tcp::endpoint>>> ServerDirectory::resolve(Ser
     auto const address = asio::ip::make_address(given, not_numeric);
     if (!not_numeric) {
         endpoints.emplace_back(address, target.port);
-        co_return endpoints;
+    } else {
+        auto const addresses = co_await resolver_.resolve(given, deadline);
+        if (!addresses)
+            co_return addresses.error();
+        for (auto const& found : *addresses)
+            endpoints.emplace_back(found, target.port);
     }
-    auto const addresses = co_await resolver_.resolve(given, deadline);
-    if (!addresses)
-        co_return addresses.error();
-    for (auto const& found : *addresses)
-        endpoints.emplace_back(found, target.port);
+    if (target.elsewhere && std::erase_if(endpoints, is_no_machine) > 0 && endpoints.empty())
+        co_return Failure(errc::unreachable,
+                          concat(core::printable(given, max_shown_host),
+                                 " leads to this machine itself, or to none (\"discoverLoopback\" "
+                                 "allows the former)"));
     co_return endpoints;
 }
 

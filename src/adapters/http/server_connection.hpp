@@ -40,8 +40,9 @@ struct ServerTarget
     bool tls = false;
     std::string host; ///< A name or a numeric address, of IPv6 without brackets.
     std::uint16_t port = 0;
-    std::string path;    ///< And query.
-    std::string address; ///< Numeric: where to connect, unless empty, instead of the host's addresses.
+    std::string path;       ///< And query.
+    std::string address;    ///< Numeric: where to connect, unless empty, instead of the host's addresses.
+    bool elsewhere = false; ///< As in HttpRequest.
 };
 
 /// Errors: `invalid_url`.

@@ -114,6 +114,9 @@ AnnouncementVerdict AnnouncedMachines::take(Announcement const& announcement, bo
     auto known = machines_.find(name);
     if (known != machines_.end() && announcement.at <= known->second.last)
         return repeated;
+    bool const comes = !announcement.is_goodbye && (known == machines_.end() || !known->second.is_here);
+    if (comes && here_.size() >= max_here_)
+        return too_many;
     if (known == machines_.end()) {
         if (machines_.size() >= max_machines)
             return too_many;

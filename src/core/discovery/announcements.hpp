@@ -48,17 +48,20 @@ enum class AnnouncementVerdict : std::uint8_t
     outdated, ///< Sent too long ago, or too far in the future.
     repeated, ///< Not later than the last one of that machine.
     refused,  ///< No machine that browsers could be sent to.
-    too_many  ///< More machines than are remembered.
+    too_many  ///< More machines than may be here, or are remembered.
 };
 
 /// Those that have announced themselves and have not said goodbye, nor been silent for three intervals.
 class AnnouncedMachines
 {
 public:
-    static constexpr std::size_t max_machines = 10'000;
+    static constexpr std::size_t max_machines = 10'000; ///< That are remembered.
     static constexpr Duration patience = 3 * announcement_interval;
     /// Older announcements, and those from further in the future, are not accepted: clocks differ.
     static constexpr Duration max_age = std::chrono::minutes(2);
+
+    /// `max_here`: no more are taken.
+    explicit AnnouncedMachines(std::size_t max_here = max_machines) : max_here_(max_here) {}
 
     /// Precondition: the signature is right.
     AnnouncementVerdict take(Announcement const& announcement, bool loopback, TimePoint now, WallTime wall);
@@ -70,6 +73,7 @@ public:
     std::vector<std::string> machines() const;
 
     std::size_t size() const noexcept { return here_.size(); }
+    std::size_t max_here() const noexcept { return max_here_; }
 
 private:
     /// Names in `machines_`, in the order in which the machines were heard last.
@@ -83,6 +87,7 @@ private:
         Order::iterator place;
     };
 
+    std::size_t max_here_;
     std::map<std::string, Machine> machines_;
     Order here_;
     Order gone_;

@@ -1,6 +1,7 @@
 #include "machine_name.hpp"
 
 #include "core/access/forwarding.hpp"
+#include "core/access/public_networks.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
@@ -104,10 +105,15 @@ std::string machine_at(IpAddress const& address, std::uint16_t port)
 
 bool is_machine_address(IpAddress const& address, bool loopback)
 {
+    // Of NAT64 of one's own (RFC 8215), only its network knows what it leads to.
     static IpNetworks const never(
-        {"0.0.0.0/8", "169.254.0.0/16", "224.0.0.0/3", "::/128", "fe80::/10", "ff00::/8"});
+        {"0.0.0.0/8", "169.254.0.0/16", "224.0.0.0/3", "::/96", "64:ff9b:1::/48", "fe80::/10", "ff00::/8"});
     static IpNetworks const own({"127.0.0.0/8", "::1/128"});
-    return !never.contains(address) && (loopback || !own.contains(address));
+    if (own.contains(address))
+        return loopback;
+    if (auto const v4 = ipv4_behind(address))
+        return is_machine_address(*v4, loopback);
+    return !never.contains(address);
 }
 
 bool is_machine_host(std::string_view host, bool loopback)

@@ -56,7 +56,7 @@ std::string machine_at(IpAddress const& address, std::uint16_t port);
 
 /// What has no machine behind it that browsers could be sent to, whatever a name server or an announcement
 /// says: unspecified, link-local, multicast and reserved addresses; and, but for `loopback`, this machine's
-/// own.
+/// own. Addresses that lead to one of IPv4 (`ipv4_behind`) are judged as that one.
 bool is_machine_address(IpAddress const& address, bool loopback);
 
 /// The same of a name: `localhost`, and what is below it, is the loopback.

@@ -66,8 +66,9 @@ std::string no_mac(std::string_view message)
 
 struct DiscoveryFixture
 {
-    explicit DiscoveryFixture(std::vector<std::string> const& entries)
-        : discovery(params_of(entries), names, world.clock, log.logger(), hooks())
+    explicit DiscoveryFixture(std::vector<std::string> const& entries, std::size_t max_announced = 10'000,
+                              bool loopback = false)
+        : discovery(params_of(entries, max_announced, loopback), names, world.clock, log.logger(), hooks())
     {}
     ~DiscoveryFixture()
     {
@@ -75,9 +76,12 @@ struct DiscoveryFixture
         world.run(tasks.join());
     }
 
-    static MachineDiscoveryParams params_of(std::vector<std::string> const& entries)
+    static MachineDiscoveryParams params_of(std::vector<std::string> const& entries,
+                                            std::size_t max_announced = 10'000, bool loopback = false)
     {
         MachineDiscoveryParams params;
+        params.max_announced = max_announced;
+        params.loopback = loopback;
         for (auto const& entry : entries)
             params.entries.emplace_back(entry);
         return params;
@@ -228,6 +232,34 @@ BOOST_AUTO_TEST_CASE(spares_are_used_while_no_other_machine_of_their_service_can
     fixture.unreachable = {};
     fixture.world.advance(2s);
     BOOST_TEST(fixture.told == "first.test:2000 spare.test:2000-");
+}
+
+BOOST_AUTO_TEST_CASE(so_many_machines_announce_themselves_and_one_line_says_that_others_were_refused)
+{
+    DiscoveryFixture fixture({}, 3);
+    for (int i = 0; i < 10; ++i)
+        BOOST_TEST(fixture.announce("m" + std::to_string(i) + ":1") == (i < 3 ? 200 : 503));
+    BOOST_TEST(fixture.log.contains("LimitNOFILE="));
+    BOOST_TEST(fixture.log.contains("m3:1 announces itself and is refused"));
+    BOOST_TEST(!fixture.log.contains("m4:1"));
+}
+
+BOOST_AUTO_TEST_CASE(what_others_name_is_not_here_unless_the_operator_says_so)
+{
+    for (bool const loopback : {false, true}) {
+        DiscoveryFixture fixture({"a:1", "dns:sim.test:2000"}, 10, loopback);
+        fixture.names.answers.emplace("sim.test", answer_of({"10.0.0.2"}));
+        fixture.start();
+        BOOST_TEST(fixture.announce("b:1") == 200);
+        fixture.world.advance(3s);
+        std::map<std::string, bool> elsewhere;
+        for (auto const& machine : fixture.known)
+            elsewhere[machine.address] = machine.elsewhere;
+        BOOST_TEST_REQUIRE(elsewhere.size() == 3u);
+        BOOST_TEST(!elsewhere["a:1"]);
+        BOOST_TEST(elsewhere["b:1"] == !loopback);
+        BOOST_TEST(elsewhere["10.0.0.2:2000"] == !loopback);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(announced_machines_come_and_go)

@@ -97,6 +97,11 @@ struct Client
     {
         HttpRequest request(std::move(url));
         request.timeout = timeout;
+        return send(std::move(request));
+    }
+
+    result<HttpResponse> send(HttpRequest request)
+    {
         auto answer = asio::co_spawn(context, http->send(std::move(request)), asio::use_future);
         context.restart();
         context.run();
@@ -145,6 +150,25 @@ BOOST_AUTO_TEST_CASE(a_name_that_nobody_knows_is_unreachable)
     auto const nobody = Client().get("http://" + std::string(300, 'x') + "/load");
     BOOST_TEST((nobody.error() == errc::unreachable));
     BOOST_TEST(nobody.error().message().find("can't be resolved") != std::string::npos);
+}
+
+// A name server, or who announces a machine, leads us to no service of our own machine.
+BOOST_AUTO_TEST_CASE(who_is_elsewhere_is_not_reached_on_the_loopback)
+{
+    Peer peer([&](int, int) { return std::string("HTTP/1.1 200 OK\r\nContent-Length: 1\r\n\r\nx"); });
+    auto url = peer.url();
+    auto const host = url.find("127.0.0.1");
+    BOOST_TEST_REQUIRE(host != std::string::npos);
+    for (std::string const name : {"localhost", "127.0.0.1", "[::ffff:127.0.0.1]", "[64:ff9b::127.0.0.1]"}) {
+        HttpRequest request(std::string(url).replace(host, 9, name));
+        request.elsewhere = true;
+        auto const answer = Client().send(std::move(request));
+        BOOST_TEST_REQUIRE(!answer.has_value(), name);
+        BOOST_TEST((answer.error() == errc::unreachable));
+        BOOST_TEST(answer.error().message().find("discoverLoopback") != std::string::npos,
+                   answer.error().message());
+    }
+    BOOST_TEST(Client().send(HttpRequest(url.replace(host, 9, "localhost"))).has_value());
 }
 
 BOOST_AUTO_TEST_CASE(a_peer_that_lets_nobody_in_is_unreachable)

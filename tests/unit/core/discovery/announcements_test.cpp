@@ -153,4 +153,22 @@ BOOST_AUTO_TEST_CASE(there_is_a_limit_for_all_together)
                 AnnouncementVerdict::accepted));
 }
 
+BOOST_AUTO_TEST_CASE(no_more_are_here_than_may_be_whoever_is_remembered)
+{
+    AnnouncedMachines machines(2);
+    auto const take = [&machines](char const* name, Duration at, bool goodbye = false) {
+        auto one = announcement(name, at);
+        one.is_goodbye = goodbye;
+        return machines.take(one, false, now, wall);
+    };
+    BOOST_TEST((take("a:1", 0s) == AnnouncementVerdict::accepted));
+    BOOST_TEST((take("b:1", 0s) == AnnouncementVerdict::accepted));
+    BOOST_TEST((take("c:1", 0s) == AnnouncementVerdict::too_many));
+    BOOST_TEST((take("b:1", 1s) == AnnouncementVerdict::accepted), "it is here");
+    BOOST_TEST((take("a:1", 1s, true) == AnnouncementVerdict::accepted));
+    BOOST_TEST((take("c:1", 1s) == AnnouncementVerdict::accepted), "there is room again");
+    BOOST_TEST((take("a:1", 2s) == AnnouncementVerdict::too_many), "although it is remembered");
+    BOOST_TEST(machines.size() == 2u);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -66,14 +66,18 @@ BOOST_AUTO_TEST_CASE(a_found_machine_is_reached_inside_as_its_entry_says)
 
 BOOST_AUTO_TEST_CASE(no_machine_is_where_no_browser_could_be_sent)
 {
-    for (auto const* const address : {"0.0.0.0", "169.254.169.254", "224.0.0.1", "255.255.255.255",
-                                      "::", "fe80::1", "ff02::1", "::ffff:169.254.1.1"})
+    for (auto const* const address :
+         {"0.0.0.0", "169.254.169.254", "224.0.0.1", "255.255.255.255", "::", "fe80::1", "ff02::1",
+          "::ffff:169.254.1.1", "::127.0.0.1", "::10.0.0.2", "64:ff9b::169.254.169.254", "2002:a9fe:a9fe::1",
+          "64:ff9b:1::7f00:1", "64:ff9b:1:7f00:0:100::"})
         BOOST_TEST(!core::is_machine_address(*IpAddress::parse(address), true), address);
-    for (auto const* const address : {"127.0.0.1", "127.9.9.9", "::1", "::ffff:127.0.0.1"}) {
+    for (auto const* const address : {"127.0.0.1", "127.9.9.9", "::1", "::ffff:127.0.0.1",
+                                      "64:ff9b::127.0.0.1", "2002:7f00:1::", "2002:7f01:203::5"}) {
         BOOST_TEST(!core::is_machine_address(*IpAddress::parse(address), false), address);
         BOOST_TEST(core::is_machine_address(*IpAddress::parse(address), true), address);
     }
-    for (auto const* const address : {"10.0.0.2", "192.0.2.1", "2001:db8::2", "fd00::1"})
+    for (auto const* const address :
+         {"10.0.0.2", "192.0.2.1", "2001:db8::2", "fd00::1", "64:ff9b::10.0.0.2", "2002:c000:201::1"})
         BOOST_TEST(core::is_machine_address(*IpAddress::parse(address), false), address);
     for (auto const* const host : {"localhost", "LOCALHOST.", "a.localhost", "127.0.0.1", "[::1]"})
         BOOST_TEST(!core::is_machine_host(host, false), host);
