@@ -9,8 +9,12 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <csignal>
 #include <iostream>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -55,6 +59,43 @@ void raise_descriptor_limit()
         ::close(used);
 }
 
+constexpr std::size_t first_watches = 32; // more than a server needs until its first connection
+
+/// Whether the kernel has watches of epoll left for our user, of which all programs of a user share so many.
+/// Asio does not look whether it could watch what wakes its event loop: without it, the loop sleeps for ever
+/// and hears no signal.
+result<> find_watches()
+{
+    std::array<int, first_watches> watched{};
+    int const epoll = ::epoll_create1(EPOLL_CLOEXEC);
+    bool are_taken = false;
+    for (auto& each : watched) {
+        each = ::eventfd(0, EFD_CLOEXEC);
+        epoll_event nothing{};
+        are_taken = are_taken || (::epoll_ctl(epoll, EPOLL_CTL_ADD, each, &nothing) != 0 && errno == ENOSPC);
+    }
+    for (int const each : watched)
+        ::close(each);
+    ::close(epoll);
+    if (!are_taken)
+        return {};
+    return Failure(
+        errc::unavailable,
+        "programs of this user have taken all epoll watches that the kernel gives a user, and without any "
+        "a server hears nothing. End the one that holds them (one that an earlier server has left, for "
+        "instance), run the server as a user of its own, or raise fs.epoll.max_user_watches");
+}
+
+/// Says why a program ends, and returns its exit status.
+int report_failure(std::string const& name, Failure const& why)
+{
+    std::cerr << name << ": " << terminal_text(why.message()) << std::endl;
+    bool const is_bad_configuration = why == errc::invalid_config || why == errc::invalid_argument;
+    return is_bad_configuration       ? exit_usage
+           : why == errc::unavailable ? exit_try_again // for instance a port in use
+                                      : exit_failed;
+}
+
 } // namespace
 
 int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body)
@@ -67,6 +108,8 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
     std::signal(SIGHUP,
                 SIG_IGN); // until the body handles them: neither may end a server that is starting
     std::signal(SIGUSR1, SIG_IGN);
+    if (auto const found = find_watches(); !found)
+        return report_failure(name, found.error());
     // Only one thread runs it and uses its sockets, so those need no locks; other threads may still post.
     asio::io_context context(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO);
     asio::signal_set signals(context, SIGINT,
@@ -75,16 +118,7 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
     auto report = [&](std::exception_ptr failure, result<> const& outcome) {
         if (failure)
             std::rethrow_exception(failure);
-        if (outcome) {
-            status = exit_ok;
-            return;
-        }
-        auto const why = outcome.error();
-        std::cerr << name << ": " << terminal_text(why.message()) << std::endl;
-        bool const is_bad_configuration = why == errc::invalid_config || why == errc::invalid_argument;
-        status = is_bad_configuration       ? exit_usage
-                 : why == errc::unavailable ? exit_try_again // for instance a port in use
-                                            : exit_failed;
+        status = outcome ? exit_ok : report_failure(name, outcome.error());
     };
     asio::co_spawn(context, until_signal(signals, body(context.get_executor())), report);
     context.run();
