@@ -76,13 +76,13 @@ def reverse_proxy(target):
         yield f"http://localhost:{port}"
 
 
-def site(session_port, simulation_ports, port, certificate):
+def site(session_port, simulation_ports, port, certificate, address="127.0.0.1"):
     """config/nginx on `port`, with the ports of the test instead of 1999 and 2000 to 2999. The site's own page at / is 410 Gone."""
     with open(SAMPLE) as file:
         text = file.read()
     for theirs, ours in (("1999", str(session_port)),
                          (r"2\d\d\d", "|".join(map(str, simulation_ports))),
-                         ("listen 443", f"listen 127.0.0.1:{port}"),
+                         ("listen 443", f"listen {address}:{port}"),
                          ("/etc/letsencrypt/live/sim.example.org/fullchain.pem", certificate.certificate),
                          ("/etc/letsencrypt/live/sim.example.org/privkey.pem", certificate.key),
                          ("sim.example.org;", "localhost;\n    location = / { return 410; }")):
