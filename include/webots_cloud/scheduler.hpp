@@ -57,6 +57,9 @@ struct ServerSpec
     /// More ports of that machine that the gateway passes on, the first and the last. 0: none.
     std::uint16_t first_port = 0;
     std::uint16_t last_port = 0;
+    /// Its operator is trusted like our own: the gateway passes on passwords for its monitor, and lets
+    /// editors of its simulations have the origin of the site.
+    bool trusted = false;
 
     bool operator==(ServerSpec const&) const = default;
 };

@@ -65,7 +65,7 @@ struct SimulationServiceHooks
     /// The ticket is empty for browsers without one. Not set: tickets mean nothing.
     std::function<std::string(std::string_view ticket)> refuse_ticket;
     /// Makes the tokens in the addresses of simulations, which nobody can guess: letters only. Required where
-    /// the launcher's `gateway` is true.
+    /// the launcher's `gateway` is true. Without, the monitor page is not live behind a session server.
     std::function<std::string()> new_address_token;
     /// Takes the lines of monitor.csv, without its heading, one each second.
     std::function<void(std::string line)> monitor_log;

@@ -63,8 +63,19 @@ HttpResponse page_refused(std::string_view origin)
     return response;
 }
 
-HttpResponse password_wanted()
+/// Through a session server that does not pass passwords on a browser need not ask for one.
+HttpResponse password_kept_back()
 {
+    return HttpResponse(401, std::string(core::html_type),
+                        "The monitor of this server asks for a password, which the session server in front "
+                        "passes on to trusted machines only: its operator can add \"trusted\": true to this "
+                        "machine in \"simulationServers\".");
+}
+
+HttpResponse password_wanted(IncomingRequest const& request)
+{
+    if (!request.header(core::untrusted_header).empty())
+        return password_kept_back();
     HttpResponse response(401, std::string(core::html_type),
                           "The monitor of this server asks for a password (user: operator).");
     response.headers.emplace_back("WWW-Authenticate", "Basic realm=\"monitor\", charset=\"UTF-8\"");
@@ -243,12 +254,12 @@ std::optional<HttpResponse> AccessControl::Impl::refuse_monitor(IncomingRequest 
         return address_refused();
     auto const given = request.header("Authorization");
     if (given.empty()) // a browser that has not asked yet
-        return password_wanted();
+        return password_wanted(request);
     auto const right = is_right(request, passwords, "password of the monitor",
                                 core::equal_in_constant_time(given, monitor_authorization));
     if (!right)
         return too_many_guesses();
-    return *right ? std::nullopt : std::optional(password_wanted());
+    return *right ? std::nullopt : std::optional(password_wanted(request));
 }
 
 /// Of a page that could not open the WebSockets that it needs next. Programs, and pages of before, name none.
@@ -276,8 +287,9 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
         return HttpResponse(421, std::string(core::html_type),
                             "This server has another name. Its operator can add this one to \"hostNames\".");
     }
-    // Whoever knows the token of a simulation may use it, from whatever page, as with a port of its own.
-    if (request.upgrade && !core::is_gateway_path(request.path) &&
+    // Whoever knows the token of a simulation may use it, from whatever page, as with a port of its own; and
+    // so it is with the key of a monitor's page.
+    if (request.upgrade && !core::is_path_of_key(request.path) &&
         !site.accepts_origin(request.header("Origin"), host)) {
         log_origin(request, "a WebSocket");
         return HttpResponse(403, std::string(core::html_type),

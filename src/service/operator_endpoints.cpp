@@ -6,6 +6,7 @@
 #include "core/pages/monitor_page.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/sandbox/limits.hpp"
+#include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/version.hpp>
@@ -46,7 +47,8 @@ OperatorEndpoints::OperatorEndpoints(SimulationServiceParams const& params,
                                      SimulationServiceHooks const& hooks, SessionContext& context,
                                      SimulationSessions const& sessions, HostMetrics& metrics)
     : params_(params), hooks_(hooks), context_(context), sessions_(sessions), metrics_(metrics),
-      description_(metrics.description()), last_sample_(metrics.sample()), measured_(context.clock.now())
+      description_(metrics.description()), last_sample_(metrics.sample()), measured_(context.clock.now()),
+      view_keys_(hooks.new_address_token)
 {}
 
 void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
@@ -246,7 +248,25 @@ Answer OperatorEndpoints::monitor_page(IncomingRequest const& request)
     return monitor_html_.get(now, make).answer(core::html_type, known);
 }
 
-std::string OperatorEndpoints::monitor_text() const
+/// The same for a page that has no origin, to which browsers give no password: it has been told a key.
+Answer OperatorEndpoints::watch_by_key(IncomingRequest const& request)
+{
+    expire_old_pages();
+    auto const now = context_.clock.now();
+    if (!view_keys_.knows(request.path.substr(core::watch_folder.size()), now)) {
+        HttpResponse old(410, std::string(core::html_type), "This page has grown old. Please reload it.");
+        old.headers.emplace_back("Access-Control-Allow-Origin", "*");
+        return old;
+    }
+    if (request.upgrade)
+        return AcceptWebSocket();
+    auto const make = [this] { return monitor_snapshot(); };
+    auto shown = monitor_json_.get(now, make).answer("application/json", request.header("If-None-Match"));
+    shown.headers.emplace_back("Access-Control-Allow-Origin", "*");
+    return shown;
+}
+
+std::string OperatorEndpoints::monitor_text()
 {
     core::SimulationMonitorView view;
     view.title = params_.config.title;
@@ -266,6 +286,7 @@ std::string OperatorEndpoints::monitor_text() const
     view.draining = context_.state.is_draining();
     view.simulations = rows();
     view.assets = monitor_assets("simulation.js", params_.address.port);
+    view.assets.key = view_keys_.current(context_.clock.now());
     return core::simulation_monitor_page(view);
 }
 
@@ -431,6 +452,7 @@ std::span<Route<OperatorEndpoints> const> OperatorEndpoints::routes()
         // clang-format off
         {"/load",         Methods::read, everybody,           ignored,  &Self::load_answer},
         {"/monitor",      Methods::read, everybody,           accepted, &Self::monitor_page},
+        {"/monitor/*",    Methods::read, everybody,           ignored,  &Self::watch_by_key},
         {"/metrics",      Methods::read, everybody,           ignored,  &Self::figures},
         {"/livez",        Methods::read, everybody,           ignored,  &Self::liveness},
         {"/readyz",       Methods::read, everybody,           ignored,  &Self::readiness},

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "async/wakeup.hpp"
+#include "core/access/view_keys.hpp"
 #include "core/load/load_formula.hpp"
 #include "core/pages/metrics_text.hpp"
 #include "core/pages/shared_page.hpp"
@@ -76,12 +77,13 @@ private:
     LoadReport report() const;
     std::vector<WorldUse> worlds() const;
     std::string monitor_snapshot();
-    std::string monitor_text() const;
+    std::string monitor_text();
 
     static std::span<Route<OperatorEndpoints> const> routes();
     bool is_operators(IncomingRequest const& request) const { return request.is_operator; }
     Answer load_answer(IncomingRequest const& request);
     Answer monitor_page(IncomingRequest const& request);
+    Answer watch_by_key(IncomingRequest const& request);
     void write_consumption(core::MetricsText& text) const;
     void write_traffic(core::MetricsText& text) const;
     Answer figures(IncomingRequest const& request);
@@ -107,7 +109,8 @@ private:
     std::size_t measurements_ = 0;
 
     core::SimulationBoard board_;
-    MonitorFeed feed_; ///< To the browsers that watch the monitor page.
+    MonitorFeed feed_;         ///< To the browsers that watch the monitor page.
+    core::ViewKeys view_keys_; ///< Of pages that session servers pass on.
     core::TimedPage monitor_html_;
     core::TimedPage monitor_json_;
     std::uint64_t shown_changes_ = 0; ///< Those of the context when the pages were made.

@@ -127,6 +127,7 @@ struct SessionService::Impl
     HttpResponse too_many_asked(Duration wait) const;
     std::optional<Answer> pass_on(IncomingRequest const& request) const;
     std::optional<Answer> pass_on_below(IncomingRequest const& request) const;
+    static Forward to_machine(core::ForwardTarget target);
 
     static std::span<Route<Impl> const> routes();
     bool may_read_decisions(IncomingRequest const& request) const;
@@ -881,15 +882,28 @@ std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& reque
     auto target = forwarding.find(request.path, request.query);
     if (!target)
         return pass_on_below(request);
-    Forward forward;
-    forward.upstream = Upstream(std::move(target->machine.host), target->machine.port);
-    forward.upstream.tls = target->machine.tls;
-    forward.target = std::move(target->target);
-    forward.kind = target->kind;
-    if (target->kind == UpstreamKind::simulation) { // as a simulation server's gateway says of them
+    auto forward = to_machine(std::move(*target));
+    if (forward.kind == UpstreamKind::simulation) // as a simulation server's gateway says of them
         forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
+    return forward;
+}
+
+/// What answers there is not ours, but would have the origin of our pages.
+Forward SessionService::Impl::to_machine(core::ForwardTarget target)
+{
+    Forward forward;
+    forward.upstream = Upstream(std::move(target.machine.host), target.machine.port);
+    forward.upstream.tls = target.machine.tls;
+    forward.upstream.name = std::move(target.machine.name);
+    forward.kind = target.kind;
+    // A trusted machine says itself which pages are simulations', and which are editors, that need an origin.
+    bool const is_behind_its_gateway =
+        target.kind != UpstreamKind::simulation && core::is_gateway_path(target.target);
+    if (!target.is_trusted || !is_behind_its_gateway)
         forward.added_answer_headers.emplace_back("Content-Security-Policy", core::sandbox_policy);
-    }
+    if (!target.is_trusted && target.kind != UpstreamKind::simulation)
+        forward.headers.emplace_back(core::untrusted_header, "1");
+    forward.target = std::move(target.target);
     return forward;
 }
 
@@ -903,17 +917,12 @@ std::optional<Answer> SessionService::Impl::pass_on_below(IncomingRequest const&
     if (!found->target)
         return HttpResponse(502, std::string(core::html_type),
                             "The simulation server of this address does not answer. Please start again.");
-    Forward forward;
-    auto& machine = found->target->machine;
-    forward.headers.emplace_back("Host", core::authority_of(machine));
+    auto host = core::authority_of(found->target->machine);
+    auto forward = to_machine(std::move(*found->target));
+    forward.headers.emplace_back("Host", std::move(host));
     forward.headers.emplace_back("Origin", "");
     forward.headers.emplace_back(core::public_address_header,
                                  concat(own_base(request.header("Host")), found->path));
-    forward.upstream = Upstream(std::move(machine.host), machine.port);
-    forward.upstream.tls = machine.tls;
-    forward.upstream.name = std::move(machine.name);
-    forward.target = std::move(found->target->target);
-    forward.kind = found->target->kind;
     return forward;
 }
 

@@ -259,12 +259,18 @@ bool SimulationService::Impl::leads_to_simulation(IncomingRequest const& request
 Answer SimulationService::Impl::forward(IncomingRequest const& request)
 {
     auto const path = core::parse_gateway_path(request.path);
-    return simulation_at(*path)->forward(*path, request);
+    auto const& simulation = *simulation_at(*path);
+    if (simulation.is_editors(path->port) && !request.header(core::untrusted_header).empty())
+        return HttpResponse(403, std::string(core::html_type),
+                            "The editor would have the origin of the session server's pages, which only "
+                            "those of trusted machines may: its operator can "
+                            "add \"trusted\": true to this machine in \"simulationServers\".");
+    return simulation.forward(*path, request);
 }
 
 asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Channel& channel)
 {
-    if (info.path == "/monitor")
+    if (OperatorEndpoints::serves(info.path))
         co_return co_await impl_->operators.watch(channel);
     ++impl_->clients;
     auto const id = ++impl_->last_id;

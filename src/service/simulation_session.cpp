@@ -339,7 +339,7 @@ bool SimulationSession::has_port(std::uint16_t port) const
 Forward SimulationSession::forward(core::GatewayPath const& path, IncomingRequest const& request) const
 {
     Forward forward;
-    bool const is_editor = path.port != ready_.port;
+    bool const is_editor = is_editors(path.port);
     forward.upstream = Upstream(is_editor ? "127.0.0.1" : ready_.host, path.port);
     forward.target = path.rest;
     if (!request.query.empty())

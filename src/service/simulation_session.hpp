@@ -127,6 +127,9 @@ public:
     /// Whether that is a port of the simulation, which is ready, or of its editor.
     bool has_port(std::uint16_t port) const;
 
+    /// Whether one of them, `port`, is that of its editor.
+    bool is_editors(std::uint16_t port) const noexcept { return port != ready_.port; }
+
     /// What such a request is passed on to.
     /// Precondition: the simulation has the port.
     Forward forward(core::GatewayPath const& path, IncomingRequest const& request) const;

@@ -26,7 +26,7 @@ OF_OTHERS = {"--depth", "--device", "--security-opt", "--no-healthcheck", "--clu
 ENDS_OF_COMMANDS = {"|", "||", "&&", ";", "&"}
 # What sentences show that is no setting: keys of messages, and what the Python servers took. docs/protocol.md has more of them.
 NO_SETTINGS = {'"reconnect":true', '"mode":"mjpeg"', '"port": "1999"'}
-OF_ENTRIES = {"internal", "ports", "weight", "drain", "labels"}  # of simulationServers
+OF_ENTRIES = {"internal", "ports", "weight", "drain", "labels", "trusted"}  # of simulationServers
 # With fewer, this test no longer understands how the documents are written.
 MIN_COMMANDS, MIN_SETTINGS, MIN_OPTIONS = 60, 30, 25
 

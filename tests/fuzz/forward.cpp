@@ -82,8 +82,8 @@ bool read(ForwardedResponse& response, std::string_view text, std::size_t piece)
 
 void check_answer(std::string_view text, bool head, bool upgrade)
 {
-    ForwardedResponse whole(UpstreamKind::machine_monitor, head, upgrade);
-    ForwardedResponse pieces(UpstreamKind::machine_monitor, head, upgrade);
+    ForwardedResponse whole(UpstreamKind::trusted_monitor, head, upgrade);
+    ForwardedResponse pieces(UpstreamKind::trusted_monitor, head, upgrade);
     bool const is_understood = read(whole, text, text.size());
     fuzz::require(read(pieces, text, 7) == is_understood);
     if (!is_understood)
@@ -93,7 +93,7 @@ void check_answer(std::string_view text, bool head, bool upgrade)
         whole.body() != ForwardedResponse::Body::none && whole.body() != ForwardedResponse::Body::counted;
     std::string sent;
     whole.append_head(sent, !lasts);
-    ForwardedResponse again(UpstreamKind::machine_monitor, head, upgrade);
+    ForwardedResponse again(UpstreamKind::trusted_monitor, head, upgrade);
     fuzz::require(again.parse(sent) == ForwardedResponse::Progress::complete);
     fuzz::require(again.head_size() == sent.size() && again.status() == whole.status());
     fuzz::require(again.body() == whole.body() && again.length() == whole.length());

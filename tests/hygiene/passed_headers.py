@@ -9,10 +9,10 @@ ROOT = Path(__file__).resolve().parents[2]
 CODE = ROOT / "src/core/access/passed_headers.hpp"
 PAGE = ROOT / "docs/gateway.md"
 TABLE = re.compile(r"passed_(request|answer)_headers = .*?clang-format off\n(.*?)// clang-format on", re.S)
-ENTRY = re.compile(r'^\s*\{"([\w-]+)", (simulation|machine|machine_monitor), "([^"]+)"\},$', re.M)
+ENTRY = re.compile(r'^\s*\{"([\w-]+)", (simulation|machine|trusted_monitor), "([^"]+)"\},$', re.M)
 MARKS = ("<!-- passed headers: begin -->", "<!-- passed headers: end -->")
 TITLES = {"request": "of requests", "answer": "of answers"}
-WITH = {"simulation": "all", "machine": "simulation servers and their monitors", "machine_monitor": "monitors of simulation servers"}
+WITH = {"simulation": "all", "machine": "simulation servers and their monitors", "trusted_monitor": "monitors of trusted simulation servers"}
 
 
 def tables(code):

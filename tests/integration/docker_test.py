@@ -236,6 +236,12 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 # Nothing listens in this editor; of other ports nobody learns even that.
                 self.assertEqual(simulation.ask(f"{path}/{simulation.port + 501}/")[0], 502)
                 self.assertEqual(simulation.ask(f"{path}/{simulation.port + 502}/")[0], 404)
+                # Behind a session server that does not trust this machine it would have no origin, which it can't do without.
+                status, text = simulation.ask(f"{path}/{simulation.port + 501}/", headers={"Webots-Cloud-Untrusted": "1"})[:2]
+                self.assertEqual(status, 403)
+                self.assertIn('"trusted": true', str(text))
+                status = simulation.ask(f"{path}/{simulation.port + 1}/robot_windows/x.html", headers={"Webots-Cloud-Untrusted": "1"})[0]
+                self.assertNotEqual(status, 403)
             self.check_clean(simulation)
 
     async def test_what_a_container_writes_counts_towards_its_limit_of_disk(self):

@@ -27,6 +27,7 @@ except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-aiosmtpd)") or 77)
 
 PATIENCE = 30
+SANDBOX = "sandbox allow-scripts allow-forms allow-popups allow-downloads"
 
 # From the guide of Webots. They pass on no WebSocket for /monitor, so the page uses another address.
 RULES_OF_THE_GUIDE = r"""
@@ -77,6 +78,12 @@ class Site:
                 return answer.status, answer.read().decode()
         except urllib.error.HTTPError as refusal:
             return refusal.code, refusal.read().decode()
+
+    def policies(self, path):
+        """What the Content-Security-Policy of an answer says: a list."""
+        with contextlib.closing(http.client.HTTPSConnection("localhost", self.port, timeout=PATIENCE, context=self.context)) as connection:
+            connection.request("GET", path)
+            return connection.getresponse().headers.get_all("Content-Security-Policy", [])
 
     def upgrade(self, path, method="GET"):
         """The status that the beginning of a WebSocket is answered with."""
@@ -168,6 +175,10 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(site.upgrade(f"/{server.port}/api/drain", "POST"), 404)
         for path in ("/metrics", "/api/operator"):
             self.assertEqual(site.get(path)[0], 404, path)
+        for path in ("monitor", "load", "no/such/page"):
+            self.assertIn(SANDBOX, site.policies(f"/{site.simulation.port}/{path}"), "a machine is not the site")
+        for path in ("/viewer/", "/monitor", "/class/", f"/{site.session.port}/monitor"):
+            self.assertNotIn(SANDBOX, site.policies(path), path)
 
     async def check_availability_beside_the_sites_own_page(self, site):
         async with site.websocket("/") as light:

@@ -14,7 +14,7 @@ from .processes import Startable, listens, required_program
 from .servers import end, wait_until
 
 MODULES = "/usr/lib/apache2/modules"
-WANTED = ("mpm_event", "authz_core", "ssl", "socache_shmcb", "rewrite", "proxy", "proxy_http", "proxy_wstunnel")
+WANTED = ("mpm_event", "authz_core", "headers", "ssl", "socache_shmcb", "rewrite", "proxy", "proxy_http", "proxy_wstunnel")
 SAMPLE = os.path.join(os.path.dirname(__file__), "..", "..", "config", "apache", "webots_cloud.conf")
 
 

@@ -21,7 +21,8 @@ enum class UpstreamKind
     simulation, ///< A stranger's program: it learns nothing of the visitor, and has no say about the rest of
                 ///< the site.
     machine,    ///< A simulation server: it is told the visitor's address, by which it counts.
-    machine_monitor ///< Its monitor: it is told the password that the visitor gives for it, too.
+    trusted_monitor ///< The monitor of one that the operator trusts: it is told the password that the visitor
+                    ///< gives for it, too.
 };
 
 /// A body that many answers share: it is made once, and sent from the same memory to all.

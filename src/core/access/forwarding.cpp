@@ -147,9 +147,15 @@ bool is_operators_path(std::string_view path)
     return !segments.empty() && is_operators(segments.front());
 }
 
-UpstreamKind kind_of_machine_path(std::string_view path) noexcept
+ForwardTarget target_at_machine(InternalAddress machine, bool is_trusted, std::string_view path,
+                                std::string_view query)
 {
-    return path == "/monitor" ? UpstreamKind::machine_monitor : UpstreamKind::machine;
+    ForwardTarget target;
+    target.machine = std::move(machine);
+    target.target = query.empty() ? std::string(path) : concat(path, "?", query);
+    target.kind = is_trusted && path == "/monitor" ? UpstreamKind::trusted_monitor : UpstreamKind::machine;
+    target.is_trusted = is_trusted;
+    return target;
 }
 
 std::uint16_t public_port(std::string_view address) noexcept
@@ -168,6 +174,7 @@ ForwardingTable::ForwardingTable(std::vector<ServerSpec> const& servers)
         Range range;
         range.first = range.last = port;
         range.machine = *machine;
+        range.is_trusted = server.trusted;
         ranges_.push_back(range);
         if (server.first_port == 0)
             continue;
@@ -193,13 +200,11 @@ std::optional<ForwardTarget> ForwardingTable::find(std::string_view path, std::s
     auto const* const range = split ? range_of(split->port) : nullptr;
     if (!range || is_operators_path(split->rest))
         return std::nullopt;
-    ForwardTarget target;
-    target.machine = range->machine;
-    target.machine.port = static_cast<std::uint16_t>(range->machine.port + (split->port - range->first));
-    target.target = split->rest;
-    target.kind = range->is_of_simulators ? UpstreamKind::simulation : kind_of_machine_path(split->rest);
-    if (!query.empty())
-        target.target.append("?").append(query);
+    auto machine = range->machine;
+    machine.port = static_cast<std::uint16_t>(machine.port + (split->port - range->first));
+    auto target = target_at_machine(std::move(machine), range->is_trusted, split->rest, query);
+    if (range->is_of_simulators)
+        target.kind = UpstreamKind::simulation;
     return target;
 }
 

@@ -80,9 +80,6 @@ std::optional<PortPath> split_port_path(std::string_view path) noexcept;
 /// `/metrics` and all below `/api`, however it is spelled: the operator's, never passed on.
 bool is_operators_path(std::string_view path);
 
-/// What answers a path of a simulation server: its monitor, or anything else.
-UpstreamKind kind_of_machine_path(std::string_view path) noexcept;
-
 /// The port behind the slash of `host/2000`; 0: there is none.
 std::uint16_t public_port(std::string_view address) noexcept;
 
@@ -93,9 +90,15 @@ struct ForwardTarget
 
     InternalAddress machine;
     std::string target; ///< Path and query.
-    /// What answers there: one of the machine's simulators, its server, or its server's monitor.
+    /// What answers there: one of the machine's simulators, its server, or the monitor of one that is
+    /// trusted.
     UpstreamKind kind = UpstreamKind::simulation;
+    bool is_trusted = false; ///< `ServerSpec::trusted`.
 };
+
+/// To the simulation server of a machine. `path` starts with `/`.
+ForwardTarget target_at_machine(InternalAddress machine, bool is_trusted, std::string_view path,
+                                std::string_view query);
 
 /// The ports of all simulation servers behind the gateway. Nothing else is ever passed on: no part of a
 /// request becomes a host or a port.
@@ -126,6 +129,7 @@ private:
         std::uint16_t last = 0;
         InternalAddress machine; ///< With what the first port is there.
         bool is_of_simulators = false;
+        bool is_trusted = false;
     };
 
     Range const* range_of(std::uint16_t port) const noexcept;

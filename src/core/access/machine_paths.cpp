@@ -43,6 +43,7 @@ void MachinePaths::put(ServerSpec const& server)
     auto& machine = known->second;
     machine.answers = machine.answers && machine.internal == *internal;
     machine.internal = std::move(*internal);
+    machine.is_trusted = server.trusted;
     if (is_new) {
         machine.path = concat(machine_folder, machine_id(mac_, server.address));
         ids_.emplace(std::string_view(machine.path).substr(machine_folder.size()), &machine);
@@ -81,10 +82,7 @@ std::optional<MachinePaths::Found> MachinePaths::find(std::string_view path, std
     found.path = machine.path;
     if (!machine.answers)
         return found;
-    found.target.emplace();
-    found.target->machine = machine.internal;
-    found.target->kind = kind_of_machine_path(split->rest);
-    found.target->target = query.empty() ? std::string(split->rest) : concat(split->rest, "?", query);
+    found.target = target_at_machine(machine.internal, machine.is_trusted, split->rest, query);
     return found;
 }
 

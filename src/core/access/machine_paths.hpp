@@ -81,6 +81,7 @@ private:
 
         std::string path;
         InternalAddress internal;
+        bool is_trusted = false;
         bool answers = false;
     };
 

@@ -44,7 +44,7 @@ inline constexpr auto passed_request_headers = [] {
         {"Sec-WebSocket-Version", simulation, "a WebSocket handshake"},
         {"Sec-WebSocket-Protocol", simulation, "a WebSocket handshake"},
         {"Sec-WebSocket-Extensions", simulation, "a WebSocket handshake"},
-        {"Authorization", machine_monitor, "the password of a machine's monitor"},
+        {"Authorization", trusted_monitor, "the password of a machine's monitor"},
         // clang-format on
     });
 }();
@@ -87,7 +87,7 @@ inline constexpr auto passed_answer_headers = [] {
         {"Sec-WebSocket-Accept", simulation, "a WebSocket handshake"},
         {"Sec-WebSocket-Protocol", simulation, "a WebSocket handshake"},
         {"Sec-WebSocket-Extensions", simulation, "a WebSocket handshake"},
-        {"WWW-Authenticate", machine_monitor, "a machine's monitor asks for its password"},
+        {"WWW-Authenticate", trusted_monitor, "a machine's monitor asks for its password"},
         // clang-format on
     });
 }();

@@ -39,6 +39,11 @@ constexpr std::array machine_keys{
               .value = KeyValue{KeyType::text},
               .text = R"(ports of its simulations, as in `"2001-2100"`, which the gateway passes on to)",
               .reloaded = true},
+    ConfigKey{.name = "trusted",
+              .value = member<&ServerSpec::trusted>,
+              .text = "`true`: the gateway passes on passwords for its monitor, and lets editors of its "
+                      "simulations work, see [docs/gateway.md](docs/gateway.md#machines-are-peers)",
+              .reloaded = true},
 };
 
 constexpr auto session_address =

@@ -39,7 +39,8 @@ std::string page_begin(std::string_view server, std::string_view heading, PageAs
     html += concat("<title>Webots ", server, " server</title>\n");
     for (auto const style : assets.styles)
         html.append("<style>\n").append(style).append("</style>\n");
-    html.append(concat("</head>\n<body data-port=\"", std::to_string(assets.port), "\">\n<header>\n<h1>",
+    html.append(concat("</head>\n<body data-port=\"", std::to_string(assets.port),
+                       assets.key.empty() ? "" : "\" data-key=\"", assets.key, "\">\n<header>\n<h1>",
                        escape_html(heading),
                        "</h1>\n<p id=\"connection\" role=\"status\" hidden></p>\n</header>\n<main>\n"));
     return html;

@@ -21,6 +21,8 @@ struct PageAssets
     std::vector<std::string_view> script_hashes;
     std::uint16_t port =
         0; ///< Our own: behind a proxy that rewrites ports the live channel is at `/<port>/monitor`.
+    /// With it the live channel is open to the page where it has no origin; empty: it is not.
+    std::string key;
 };
 
 /// Up to the heading. `server`: `session` or `simulation`, for the title.

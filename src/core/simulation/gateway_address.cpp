@@ -10,6 +10,17 @@ namespace {
 
 constexpr std::string_view folder = "/simulation/";
 
+/// Without the port or the path of a machine in front.
+std::string_view path_at_machine(std::string_view path) noexcept
+{
+    constexpr std::string_view machines = "/machine/";
+    auto const named = path.starts_with(machines) ? machines.size() : 1;
+    auto const end =
+        path.starts_with(machines) ? path.find('/', named) : path.find_first_not_of("0123456789", named);
+    bool const is_in_front = path.starts_with('/') && end != std::string_view::npos && end > named;
+    return is_in_front ? path.substr(end) : path;
+}
+
 } // namespace
 
 std::optional<GatewayPath> parse_gateway_path(std::string_view path)
@@ -52,16 +63,12 @@ std::string webots_gateway_message(std::string_view base, std::string_view token
 
 bool is_gateway_path(std::string_view path) noexcept
 {
-    if (path.starts_with(folder))
-        return true;
-    constexpr std::string_view machines = "/machine/";
-    if (path.starts_with(machines)) {
-        auto const id_end = std::min(path.size(), path.find('/', machines.size()));
-        return id_end > machines.size() && path.substr(id_end).starts_with(folder);
-    }
-    auto const digits_end = path.find_first_not_of("0123456789", 1);
-    return path.starts_with('/') && digits_end > 1 && digits_end != std::string_view::npos &&
-           path.substr(digits_end).starts_with(folder);
+    return path_at_machine(path).starts_with(folder);
+}
+
+bool is_path_of_key(std::string_view path) noexcept
+{
+    return is_gateway_path(path) || path_at_machine(path).starts_with(watch_folder);
 }
 
 std::string_view without_keys(std::string_view path) noexcept

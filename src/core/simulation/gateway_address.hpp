@@ -11,13 +11,19 @@ namespace webots_cloud::core {
 /// The port of a simulation's editor is so far above its own.
 inline constexpr int editor_distance = 500;
 
-/// What simulations serve is written by strangers, but has the origin of our pages: so browsers give it an
-/// origin of its own, in which it reaches neither them nor what they have stored.
+/// What simulations serve is written by strangers, and what machines serve behind a session server is not the
+/// site's; but it has the origin of our pages. So browsers give it an origin of its own, in which it reaches
+/// neither them nor what they have stored.
 inline constexpr std::string_view sandbox_policy =
     "sandbox allow-scripts allow-forms allow-popups allow-downloads";
 
 /// Editors do not work without their origin: they may be shown in no frame, whose parent they could read.
 inline constexpr std::string_view editor_policy = "frame-ancestors 'none'";
+
+/// By this field a session server's gateway tells a machine that it does not trust it
+/// (`ServerSpec::trusted`): `sandbox_policy` is added to all that the machine answers, and passwords are left
+/// out.
+inline constexpr std::string_view untrusted_header = "Webots-Cloud-Untrusted";
 
 /// A path below `/simulation/`: views into the path.
 struct GatewayPath
@@ -44,6 +50,13 @@ std::string webots_gateway_message(std::string_view base, std::string_view token
 /// Whether a path lies below `/simulation/`, of this server or, with its port or its own path in front
 /// (`/2000/simulation/`, `/machine/abc/simulation/`), of one behind it.
 bool is_gateway_path(std::string_view path) noexcept;
+
+/// Pages of monitors that have no origin (`sandbox_policy`) are kept current below this path, by a key.
+inline constexpr std::string_view watch_folder = "/monitor/";
+
+/// Whether what follows in a path is a key, so that whoever knows it may use it, from whatever page: below
+/// `/simulation/`, as above, or `watch_folder`.
+bool is_path_of_key(std::string_view path) noexcept;
 
 /// The beginning of a path that may be shown in logs: up to what follows `/simulation/`, which is a key to a
 /// simulation, and to whatever has the length of a key: tickets, wherever in a path they are.

@@ -8,10 +8,15 @@ window.monitor = (() => {
   const pollInterval = 5_000;
   const maxPause = 15_000;
 
+  // Behind the gateway of a session server a machine's page has no origin (Content-Security-Policy: sandbox). Browsers give it no password, and no
+  // server knows it: it has been told a key instead.
+  const isSandboxed = self.origin === "null";
+  const below = isSandboxed ? `/${document.body.dataset.key}` : "";
+
   // The server is at the page's own address; behind a proxy that passes WebSockets on for `/<port>/...` only, it is there.
   function addresses() {
     const base = (location.protocol === "https:" ? "wss://" : "ws://") + location.host;
-    return [...new Set([base + location.pathname, `${base}/${document.body.dataset.port}/monitor`])];
+    return [...new Set([base + location.pathname + below, `${base}/${document.body.dataset.port}/monitor${below}`])];
   }
 
   function showConnection(state, text) {
@@ -57,7 +62,9 @@ window.monitor = (() => {
     // Where no WebSocket gets through, the page polls.
     async function poll() {
       try {
-        const answer = await fetch(location.pathname, {headers: {Accept: "application/json"}, cache: "no-store"});
+        const answer = await fetch(location.pathname + below, {headers: {Accept: "application/json"}, cache: "no-store"});
+        if (answer.status === 410) // the key is too old: the page is told a new one
+          location.reload();
         if (!answer.ok)
           throw new Error(`status ${answer.status}`);
         take(await answer.json());
@@ -170,5 +177,5 @@ window.monitor = (() => {
       element.textContent = text;
   }
 
-  return {span, width, watch, chart, charts, rows, color, dash, clock, age, rounded, newRow, make, write};
+  return {span, width, isSandboxed, watch, chart, charts, rows, color, dash, clock, age, rounded, newRow, make, write};
 })();

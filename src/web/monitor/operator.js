@@ -170,8 +170,11 @@ const operator = (() => {
       askForToken();
   };
 
-  // A page that shows ours in a frame could have its visitor press our buttons.
-  if (window === window.top) {
+  // A page that shows ours in a frame could have its visitor press our buttons. What a session server passes on from a machine is no place for
+  // tokens, and no gateway passes on what they allow.
+  if (monitor.isSandboxed) {
+    document.querySelector("header").append(make("p", {id: "elsewhere"}, "To act as the operator, use the machine's own address, or its command line."));
+  } else if (window === window.top) {
     document.querySelector("header").append(button);
     document.querySelector("main").append(doctor);
   }

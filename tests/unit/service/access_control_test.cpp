@@ -311,6 +311,33 @@ BOOST_AUTO_TEST_CASE(the_monitor_asks_for_its_password_where_there_is_one)
     BOOST_TEST(fixture.get("/load").status == 200);
 }
 
+// Issue 43, line 3.
+BOOST_AUTO_TEST_CASE(behind_a_session_server_that_passes_no_password_on_the_monitor_says_what_to_do)
+{
+    auto params = server("sim.example.org");
+    params.monitor_password = "open sesame";
+    Fixture fixture(params);
+    auto const refused = fixture.get("/monitor", {{"Webots-Cloud-Untrusted", "1"}});
+    BOOST_TEST(refused.status == 401);
+    BOOST_TEST(refused.headers.empty(), "a browser would ask for what does not come through");
+    BOOST_TEST(refused.body.find("\"trusted\": true") != std::string::npos);
+}
+
+// Issue 43, line 3: pages of monitors have no origin there.
+BOOST_AUTO_TEST_CASE(whoever_has_the_key_of_a_monitors_page_needs_neither_origin_nor_password)
+{
+    auto params = server("sim.example.org");
+    params.monitor_password = "open sesame";
+    params.allowed_origins.emplace();
+    Fixture fixture(params);
+    Headers const sandboxed{{"Host", "sim.example.org"}, {"Origin", "null"}};
+    for (auto const* path : {"/monitor/key", "/2000/monitor/key", "/machine/abc/monitor/key"})
+        BOOST_TEST(fixture.open(path, sandboxed) == 101, path); // the endpoint looks at the key
+    BOOST_TEST(fixture.get("/monitor/key", sandboxed).status == 200);
+    for (auto const* path : {"/monitor", "/2000/monitor", "/client", "/2000/client", "/"})
+        BOOST_TEST(fixture.open(path, sandboxed) == 403, path);
+}
+
 BOOST_AUTO_TEST_CASE(whoever_guesses_passwords_or_tokens_is_slowed_down)
 {
     auto params = server("sim.example.org");

@@ -243,11 +243,39 @@ bool has(std::string const& text, std::string_view part)
 
 BOOST_AUTO_TEST_CASE(only_its_own_paths_to_the_letter_are_served)
 {
-    for (auto const path :
-         {"/load", "/monitor", "/metrics", "/livez", "/readyz", "/api/drain", "/api/end", "/api/operator"})
+    for (auto const path : {"/load", "/monitor", "/monitor/key", "/metrics", "/livez", "/readyz",
+                            "/api/drain", "/api/end", "/api/operator"})
         BOOST_TEST(OperatorEndpoints::serves(path), path);
     for (auto const path : {"", "/", "/load/", "/Load", "/client", "/session", "/api", "/api/drain/"})
         BOOST_TEST(!OperatorEndpoints::serves(path), path);
+}
+
+// Issue 43, line 3.
+BOOST_AUTO_TEST_CASE(a_page_without_origin_keeps_itself_current_by_its_key)
+{
+    SimulationServiceHooks hooks;
+    hooks.new_address_token = [n = 0]() mutable { return "key" + std::to_string(++n); };
+    Fixture fixture(std::move(hooks));
+    auto const shown = fixture.get("/monitor").text();
+    BOOST_TEST(has(shown, "data-key=\"key1\""));
+    auto const current = fixture.get("/monitor/key1");
+    BOOST_TEST(current.status == 200);
+    BOOST_TEST(current.content_type == "application/json");
+    BOOST_TEST(
+        (current.headers.back() == std::pair<std::string, std::string>("Access-Control-Allow-Origin", "*")));
+    IncomingRequest handshake;
+    handshake.method = "GET";
+    handshake.path = "/monitor/key1";
+    handshake.upgrade = true;
+    BOOST_TEST(std::holds_alternative<AcceptWebSocket>(fixture.endpoints->answer(handshake)));
+    for (auto const* wrong : {"/monitor/", "/monitor/key2", "/monitor/key1/", "/monitor/KEY1"}) {
+        auto const refused = fixture.get(wrong);
+        BOOST_TEST(refused.status == 410, wrong);
+        // So the page learns that it has to be loaded again.
+        BOOST_TEST((refused.headers == HttpHeaders{{"Access-Control-Allow-Origin", "*"}}));
+        handshake.path = wrong;
+        BOOST_TEST(std::holds_alternative<HttpResponse>(fixture.endpoints->answer(handshake)), wrong);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(what_only_answers_may_only_be_read)

@@ -991,6 +991,9 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     fixture.world.settle();
     BOOST_TEST(fixture.get("/session").body == "wss://sim.example.org/2000");
 
+    HttpHeaders const sandbox{
+        {"Content-Security-Policy", "sandbox allow-scripts allow-forms allow-popups allow-downloads"}};
+    HttpHeaders const untrusted{{"Webots-Cloud-Untrusted", "1"}};
     IncomingRequest request;
     request.method = "GET";
     request.path = "/2000/client";
@@ -1004,7 +1007,9 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
         BOOST_TEST(forward->upstream.port == 2000);
         BOOST_TEST(!forward->upstream.tls);
         BOOST_TEST(forward->target == "/client?a=b");
-        BOOST_TEST(forward->added_answer_headers.empty()); // its gateway knows what is a simulation's
+        BOOST_TEST((forward->added_answer_headers == sandbox));
+        BOOST_TEST((forward->headers == untrusted));
+        BOOST_TEST((forward->kind == UpstreamKind::machine));
     }
     std::array<std::pair<std::string_view, std::string_view>, 1> const worker{{{"Service-Worker", "script"}}};
     request.headers = worker;
@@ -1016,9 +1021,8 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     request.path = "/2001/robot_windows/x.html";
     auto const page = std::get<Forward>(fixture.service.respond(request));
     BOOST_TEST((page.answer_headers == HttpHeaders{{"Access-Control-Allow-Origin", "*"}}));
-    BOOST_TEST((page.added_answer_headers ==
-                HttpHeaders{{"Content-Security-Policy",
-                             "sandbox allow-scripts allow-forms allow-popups allow-downloads"}}));
+    BOOST_TEST((page.added_answer_headers == sandbox));
+    BOOST_TEST(page.headers.empty());
     server.first_port = server.last_port = 0;
     request.path = "/2000/client";
     fixture.http.expect("GET https://sim2:2000/load").reply(200, "1").always();
@@ -1035,6 +1039,32 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     params.config.gateway = false; // by a reload
     fixture.service.apply(params);
     BOOST_TEST(fixture.get("/2000/client").status == 404);
+}
+
+BOOST_AUTO_TEST_CASE(only_what_is_below_the_gateway_of_a_trusted_machine_keeps_the_origin_of_the_site)
+{
+    SessionServiceParams params;
+    params.config.gateway = true;
+    Fixture fixture(params);
+    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
+    fixture.start({});
+    ServerSpec server("sim.example.org/2000");
+    server.internal_address = "10.0.0.2:2000";
+    auto const keeps_origin = [&](std::string_view path) {
+        fixture.service.set_servers({server});
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = path;
+        auto const forward = std::get<Forward>(fixture.service.respond(request));
+        BOOST_TEST(forward.headers.empty() == server.trusted);
+        return forward.added_answer_headers.empty();
+    };
+    for (auto const* path : {"/2000/simulation/abc/2001/", "/2000/simulation/abc/2501/", "/2000/monitor"})
+        BOOST_TEST(!keeps_origin(path), path);
+    server.trusted = true;
+    BOOST_TEST(keeps_origin("/2000/simulation/abc/2501/"), "its gateway knows what is an editor");
+    for (auto const* path : {"/2000/monitor", "/2000/", "/2000/simulation", "/2000/x/simulation/"})
+        BOOST_TEST(!keeps_origin(path), path);
 }
 
 // Issue 24, line 1.
@@ -1093,7 +1123,9 @@ BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
     BOOST_TEST(forward.upstream.tls);
     BOOST_TEST(forward.upstream.name == "machines.test");
     BOOST_TEST(forward.target == "/client?a=b");
-    BOOST_TEST((forward.headers == HttpHeaders{{"Host", "machines.test:2000"},
+    BOOST_TEST((forward.added_answer_headers.size() == 1u));
+    BOOST_TEST((forward.headers == HttpHeaders{{"Webots-Cloud-Untrusted", "1"},
+                                               {"Host", "machines.test:2000"},
                                                {"Origin", ""},
                                                {"Webots-Cloud-Address", "wss://Sim.example.org" + below}}));
     for (auto const& wrong : {below + "/metrics", below + "/api/drain", std::string("/machine/x/client"),

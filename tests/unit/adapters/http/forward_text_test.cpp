@@ -240,7 +240,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_learns_nothing_of_its_visitor)
                        "X-Forwarded-For: 192.0.2.1\r\nForwarded: for=192.0.2.9\r\nUser-Agent: u\r\n\r\n";
     BOOST_TEST(forwarded(asked, {}, false, false, UpstreamKind::simulation) ==
                "GET /there?a=b HTTP/1.1\r\nHost: h\r\nUser-Agent: u\r\nConnection: close\r\n\r\n");
-    BOOST_TEST(forwarded(asked, {}, false, false, UpstreamKind::machine_monitor) ==
+    BOOST_TEST(forwarded(asked, {}, false, false, UpstreamKind::trusted_monitor) ==
                "GET /there?a=b HTTP/1.1\r\nHost: h\r\nAuthorization: Basic c2VjcmV0\r\nUser-Agent: u\r\n"
                "X-Forwarded-For: 192.0.2.1, 10.0.0.1\r\nConnection: close\r\n\r\n");
 }
@@ -425,7 +425,7 @@ BOOST_AUTO_TEST_CASE(of_all_registered_names_only_those_of_the_tables_pass)
     // What decides where a message ends has tests of its own.
     std::set<std::string> const framing{"content-length", "transfer-encoding", "connection",
                                         "proxy-connection", "upgrade"};
-    for (auto const kind : {UpstreamKind::simulation, UpstreamKind::machine, UpstreamKind::machine_monitor}) {
+    for (auto const kind : {UpstreamKind::simulation, UpstreamKind::machine, UpstreamKind::trusted_monitor}) {
         std::set<std::string> asked;
         std::set<std::string> answered;
         std::size_t tried = 0;

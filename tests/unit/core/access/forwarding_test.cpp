@@ -59,6 +59,25 @@ BOOST_AUTO_TEST_CASE(ports_of_simulators_lead_to_the_same_machine)
     BOOST_TEST(found("/4004/") == "");
 }
 
+// Issue 43, line 3.
+BOOST_AUTO_TEST_CASE(passwords_are_for_the_monitors_of_trusted_machines_alone)
+{
+    auto machine = server("sim.example.org/2000", "127.0.0.1:2000");
+    machine.first_port = machine.last_port = 2001;
+    auto const kind = [&machine](std::string_view path) {
+        return ForwardingTable({machine}).find(path, "a=b").value().kind;
+    };
+    for (auto const* path : {"/2000/monitor", "/2000/", "/2000/load", "/2000/monitor/key"})
+        BOOST_TEST((kind(path) == UpstreamKind::machine), path);
+    BOOST_TEST(!ForwardingTable({machine}).find("/2000/monitor", "")->is_trusted);
+    machine.trusted = true;
+    BOOST_TEST((kind("/2000/monitor") == UpstreamKind::trusted_monitor));
+    BOOST_TEST(ForwardingTable({machine}).find("/2000/load", "")->is_trusted);
+    for (auto const* path : {"/2000/", "/2000/load", "/2000/monitor/", "/2000//monitor", "/2000/Monitor"})
+        BOOST_TEST((kind(path) == UpstreamKind::machine), path);
+    BOOST_TEST((kind("/2001/monitor") == UpstreamKind::simulation));
+}
+
 BOOST_AUTO_TEST_CASE(nothing_else_is_passed_on)
 {
     for (auto const* path : {"/", "/session", "/22/", "/2001/", "/2500/", "/2000x/", "/02000/", "/+2000/",

@@ -143,6 +143,20 @@ BOOST_AUTO_TEST_CASE(a_path_goes_with_its_machine_and_comes_back_with_it)
     BOOST_TEST(fixture.paths.empty());
 }
 
+// Issue 43, line 3.
+BOOST_AUTO_TEST_CASE(passwords_are_for_the_monitors_of_trusted_machines_alone)
+{
+    Fixture fixture;
+    auto const path = fixture.below("10.0.0.2:2000", "/monitor");
+    BOOST_TEST((fixture.paths.find(path, "")->target->kind == UpstreamKind::machine));
+    auto trusted = fixture.servers.front();
+    trusted.trusted = true;
+    fixture.paths.put(trusted);
+    auto const target = *fixture.paths.find(path, "")->target;
+    BOOST_TEST((target.kind == UpstreamKind::trusted_monitor));
+    BOOST_TEST(target.is_trusted);
+}
+
 BOOST_AUTO_TEST_CASE(machines_that_browsers_reach_themselves_have_no_path)
 {
     MachinePaths paths(mac);

@@ -64,15 +64,18 @@ BOOST_AUTO_TEST_CASE(the_guides_own_session_configuration_is_read_without_a_warn
 BOOST_AUTO_TEST_CASE(simulation_servers_may_have_a_weight_and_be_drained)
 {
     auto const parsed = parse_session_config(
-        R"({"port":1,"simulationServers":["a:1",{"address":"b:2","weight":2.5,"labels":["gpu","R2025a"]},{"address":"c/3","drain":true}]})",
+        R"({"port":1,"simulationServers":["a:1",{"address":"b:2","weight":2.5,"labels":["gpu","R2025a"]},{"address":"c/3","drain":true,"trusted":true}]})",
         "c.json");
     auto const& servers = parsed->config.simulation_servers;
     BOOST_TEST_REQUIRE(servers.size() == 3u);
     BOOST_TEST(servers[1].weight == 2.5);
     BOOST_TEST(servers[2].address == "c/3");
     BOOST_TEST(servers[2].drain);
+    BOOST_TEST(servers[2].trusted);
+    BOOST_TEST(!servers[1].trusted);
     BOOST_TEST((servers[1].labels == std::vector<std::string>{"gpu", "R2025a"}));
     for (auto const* entry : {R"({"address":"b:2","weight":0})", R"({"address":"b:2","drain":1})",
+                              R"({"address":"b:2","trusted":1})",
                               R"({"address":"b:2","labels":["two words"]})", "{}", "5", R"({"address":"b"})"})
         BOOST_TEST(
             !parse_session_config(R"({"port":1,"simulationServers":[)" + std::string(entry) + "]}", "c.json"),

@@ -101,6 +101,18 @@ BOOST_AUTO_TEST_CASE(paths_with_a_token_are_known_with_the_port_of_their_server_
         BOOST_TEST(!is_gateway_path(path), path);
 }
 
+// Issue 43, line 3.
+BOOST_AUTO_TEST_CASE(a_path_with_a_key_is_known_wherever_a_proxy_puts_it)
+{
+    for (auto const* path : {"/simulation/x", "/2000/simulation/x", "/machine/abc/simulation/x", "/monitor/x",
+                             "/monitor/", "/2000/monitor/x", "/machine/abc/monitor/x"})
+        BOOST_TEST(is_path_of_key(path), path);
+    for (auto const* path :
+         {"", "/", "/monitor", "/2000/monitor", "/machine/abc/monitor", "/client", "/2000/client", "/class",
+          "/x/monitor/x", "//monitor/x", "/2000/client/monitor/x", "/machine//monitor/x"})
+        BOOST_TEST(!is_path_of_key(path), path);
+}
+
 // Issue 24, line 1: what a session server says to a machine that was found.
 BOOST_AUTO_TEST_CASE(an_address_that_a_gateway_says_is_taken_as_it_is_or_not_at_all)
 {
