@@ -311,7 +311,6 @@ BOOST_AUTO_TEST_CASE(the_monitor_asks_for_its_password_where_there_is_one)
     BOOST_TEST(fixture.get("/load").status == 200);
 }
 
-// Issue 43, line 3.
 BOOST_AUTO_TEST_CASE(behind_a_session_server_that_passes_no_password_on_the_monitor_says_what_to_do)
 {
     auto params = server("sim.example.org");
@@ -323,7 +322,6 @@ BOOST_AUTO_TEST_CASE(behind_a_session_server_that_passes_no_password_on_the_moni
     BOOST_TEST(refused.body.find("\"trusted\": true") != std::string::npos);
 }
 
-// Issue 43, line 3: pages of monitors have no origin there.
 BOOST_AUTO_TEST_CASE(whoever_has_the_key_of_a_monitors_page_needs_neither_origin_nor_password)
 {
     auto params = server("sim.example.org");

@@ -250,7 +250,6 @@ BOOST_AUTO_TEST_CASE(only_its_own_paths_to_the_letter_are_served)
         BOOST_TEST(!OperatorEndpoints::serves(path), path);
 }
 
-// Issue 43, line 3.
 BOOST_AUTO_TEST_CASE(a_page_without_origin_keeps_itself_current_by_its_key)
 {
     SimulationServiceHooks hooks;

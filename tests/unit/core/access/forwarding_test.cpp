@@ -59,7 +59,6 @@ BOOST_AUTO_TEST_CASE(ports_of_simulators_lead_to_the_same_machine)
     BOOST_TEST(found("/4004/") == "");
 }
 
-// Issue 43, line 3.
 BOOST_AUTO_TEST_CASE(passwords_are_for_the_monitors_of_trusted_machines_alone)
 {
     auto machine = server("sim.example.org/2000", "127.0.0.1:2000");

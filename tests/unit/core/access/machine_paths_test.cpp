@@ -143,7 +143,6 @@ BOOST_AUTO_TEST_CASE(a_path_goes_with_its_machine_and_comes_back_with_it)
     BOOST_TEST(fixture.paths.empty());
 }
 
-// Issue 43, line 3.
 BOOST_AUTO_TEST_CASE(passwords_are_for_the_monitors_of_trusted_machines_alone)
 {
     Fixture fixture;

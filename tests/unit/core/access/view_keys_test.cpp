@@ -5,7 +5,6 @@
 using namespace webots_cloud;
 using core::ViewKeys;
 
-// Issue 43, line 3.
 BOOST_AUTO_TEST_SUITE(view_keys)
 
 BOOST_AUTO_TEST_CASE(a_key_is_told_for_a_while_and_good_for_one_more)
