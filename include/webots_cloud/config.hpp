@@ -251,6 +251,7 @@ struct SimulationServiceConfig
     /// `simulationsPerAddress`: how many simulations a client (`IncomingRequest::quota_key`) may have at
     /// once; 0: any number. Default: three quarters of `max_connections`.
     int simulations_per_address = 75;
+    int simulations_per_world = 0; ///< `maxSimulationsPerWorld`: of one world at once; 0: any number.
     /// `reconnectGrace`, in seconds: how long a lost browser may return. Absent: 30 seconds for pages
     /// that say that they return, and no time for others.
     std::optional<Duration> reconnect_grace;

@@ -512,10 +512,18 @@ result<> SimulationSession::admit()
     return take_place();
 }
 
-/// Takes a place, if the machine has room for one more simulation and the client may have another one.
+/// Takes a place, if the machine has room for one more simulation, and the world and the client may have
+/// another one.
 result<> SimulationSession::take_place()
 {
     using Verdict = core::Admission::Verdict;
+    if (auto const* start = std::get_if<core::StartMessage>(&request_)) {
+        auto const most = context_.params.config.simulations_per_world;
+        context_.worlds.set_max(static_cast<std::size_t>(most));
+        if (context_.worlds.admit(start->url, world_place_) != core::ClientLimit::Verdict::admitted)
+            return Failure(errc::unavailable, concat("This world runs here as often as this server allows (",
+                                                     std::to_string(most), "). Please try again later."));
+    }
     auto& admission = context_.admission;
     auto const verdict = admission.admit(quota_key_, place_);
     if (verdict == Verdict::admitted)
@@ -785,6 +793,7 @@ asio::awaitable<void> SimulationSession::clean_up(bool exited)
         simulation_.reset();
     }
     place_.release();
+    world_place_.release();
     output_.reset();
     if (project_) {
         auto project = std::move(*project_);

@@ -314,6 +314,13 @@ constexpr std::array simulation_visitors{
               .absent = "3/4 of `maxConnections`",
               .max = 10'000,
               .reloaded = true},
+    ConfigKey{.name = "maxSimulationsPerWorld",
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::simulations_per_world>,
+              .text = "maximum number of simulations of one world, by its address; further visitors wait or "
+                      "are sent to "
+                      "another machine; 0: no limit",
+              .max = 10'000,
+              .reloaded = true},
     ConfigKey{.name = "timeout",
               .value = member<&SimulationConfig::timeout>,
               .text = "maximum duration of a simulation; less than 360 counts as 7200",

@@ -242,6 +242,18 @@ BOOST_AUTO_TEST_CASE(the_limit_can_be_raised_while_simulations_run)
     fixture.leave(fixture.run_one("a"));
 }
 
+BOOST_AUTO_TEST_CASE(a_world_has_a_limit_whoever_starts_it)
+{
+    auto params = quota_params(0);
+    params.config.simulations_per_world = 1;
+    Fixture fixture(params);
+    auto& first = fixture.run_one("a");
+    BOOST_TEST(fixture.start("b").was_told(
+        "loading: Error: This world runs here as often as this server allows (1)."));
+    fixture.leave(first);
+    fixture.leave(fixture.run_one("b"));
+}
+
 BOOST_AUTO_TEST_CASE(the_log_names_the_key_once_for_each_client)
 {
     Fixture fixture(1);

@@ -94,7 +94,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_server_takes_over_its_policy_and_texts)
 {
     auto const next = simulation(
         R"({"allowedRepositories":["https://a"],"blockedRepositories":["https://b"],"shareIdleTime":1,
-        "simulationsPerAddress":3,"trafficLimit":5,"title":"t","description":"d","reconnectGrace":5,"loadFormula":"reference","monitorAddresses":["10.0.0.1"]})");
+        "simulationsPerAddress":3,"maxSimulationsPerWorld":2,"trafficLimit":5,"title":"t","description":"d","reconnectGrace":5,"loadFormula":"reference","monitorAddresses":["10.0.0.1"]})");
     BOOST_TEST(keys_for_restart(simulation("{}"), next).empty());
 }
 

@@ -870,6 +870,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("cacheSize":1)", [](auto const& c) { return c.cache_bytes == std::uint64_t{1} << 30; }},
         {R"("connectionsPerAddress":3)",
          [](auto const& c) { return c.network.connections_per_address == 3; }},
+        {R"("maxSimulationsPerWorld":3)", [](auto const& c) { return c.service.simulations_per_world == 3; }},
         {R"("simulationsPerAddress":7)",
          [](auto const& c) { return c.service.simulations_per_address == 7; }},
         {R"("simulationsPerAddress":0)",
