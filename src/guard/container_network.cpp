@@ -113,19 +113,26 @@ bool apply_rules_in(int other, Network const& network)
                                 int acceptor)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    OwnAddresses own;
+    bool const reaches_internet = network.reach == Network::Reach::internet;
+    bool const hears = !reaches_internet || own.listen();
     pid_t const process = process_of(container.docker, id);
     int const other = other_network(process);
     char const* problem = nullptr;
     if (other < 0)
         problem = "it has none of its own";
-    else if (network.reach == Network::Reach::internet && !apply_rules_in(other, network))
+    else if (!hears)
+        problem = "the addresses of this machine can't be looked up";
+    else if (reaches_internet && !apply_rules_in(other, network))
         problem = "its routes can't be set";
-    else if (network.reach == Network::Reach::internet && !attach_slirp(network, process))
+    else if (reaches_internet && !attach_slirp(network, process))
         problem = "slirp4netns can't be attached";
     else if (setns(other, CLONE_NEWNET) != 0)
         problem = std::strerror(errno);
+    else if (reaches_internet && !own.forbid_all())
+        problem = "the addresses of this machine can't be kept out of it";
     if (!problem)
-        serve(acceptor, network);
+        serve(acceptor, network, own);
     std::printf("can't make the network of the container: %s\n", problem);
     std::fflush(stdout);
     _exit(1);

@@ -2,6 +2,7 @@
 
 #include "descriptor.hpp"
 #include "exit_status.hpp"
+#include "privileges.hpp"
 #include "relay.hpp"
 
 #include <fcntl.h>
@@ -71,6 +72,13 @@ void keep_network_capability()
         prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_RAISE, CAP_NET_ADMIN, 0, 0);
 }
 
+[[noreturn]] void pass_on(int acceptor, Network const& network)
+{
+    if (network.broker)
+        hand_out(acceptor, network.port);
+    relay(acceptor, network.port);
+}
+
 bool say_ready(int socket)
 {
     return send(socket, "r", 1, MSG_NOSIGNAL) == 1;
@@ -98,6 +106,8 @@ char const* describe(NetworkFailure failure)
         return "slirp4netns does not work (may this user open /dev/net/tun?)";
     case NetworkFailure::rules:
         return "ip can't set its routes";
+    case NetworkFailure::addresses:
+        return "the addresses of this machine can't be kept out of it";
     case NetworkFailure::relay:
         return "there are too many processes";
     }
@@ -170,17 +180,32 @@ int bind_for(Network const& network)
     return network.broker ? bind_broker(network.broker) : bind_port(network.port);
 }
 
-void serve(int acceptor, Network const& network)
+void serve(int acceptor, Network const& network, OwnAddresses& own)
 {
-    if (network.broker)
-        hand_out(acceptor, network.port);
-    relay(acceptor, network.port);
+    if (network.reach != Network::Reach::internet)
+        pass_on(acceptor, network);
+    forbid_tracing(); // who had our sockets would have a say over the routes
+    std::signal(SIGTERM, SIG_IGN);
+    pid_t const us = getpid();
+    pid_t const server = acceptor >= 0 ? fork() : -1;
+    if (server == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        if (getppid() == us)
+            pass_on(acceptor, network);
+        _exit(1);
+    }
+    close(acceptor);
+    if (acceptor < 0 || server > 0)
+        own.follow(server);
+    _exit(1); // whoever started us ends the program then
 }
 
 bool NetworkSetup::prepare()
 {
     if (!network_.is_own())
         return true;
+    if (network_.reach == Network::Reach::internet && !own_.listen())
+        return false;
     if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends_) != 0)
         return false;
     acceptor_ = network_.port > 0 ? bind_for(network_) : -1;
@@ -203,13 +228,15 @@ NetworkFailure NetworkSetup::complete_inside()
         return NetworkFailure::slirp;
     if (network_.reach == Network::Reach::internet && !apply_rules(network_.ip, network_.rules))
         return NetworkFailure::rules;
-    if (acceptor_ < 0)
+    if (network_.reach == Network::Reach::internet && !own_.forbid_all())
+        return NetworkFailure::addresses;
+    if (acceptor_ < 0 && network_.reach != Network::Reach::internet)
         return NetworkFailure::nothing;
     relay_ = fork();
     if (relay_ == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL); // without a PID namespace nothing else ends it with the tree
         let_go_of_input_and_output();
-        serve(acceptor_, network_);
+        serve(acceptor_, network_, own_);
     }
     close(acceptor_);
     return relay_ > 0 ? NetworkFailure::nothing : NetworkFailure::relay;

@@ -1,6 +1,8 @@
 // A network of its own for a program: its own loopback alone, or that and the public internet.
 #pragma once
 
+#include "own_addresses.hpp"
+
 #include <sys/types.h>
 
 namespace webots_cloud::guard {
@@ -32,10 +34,11 @@ struct Network
 enum class NetworkFailure : char
 {
     nothing,
-    loopback, ///< It can't be brought up.
-    slirp,    ///< slirp4netns can't be started, or did not get ready.
-    rules,    ///< `ip` refused them.
-    relay,    ///< There can be no process for it.
+    loopback,  ///< It can't be brought up.
+    slirp,     ///< slirp4netns can't be started, or did not get ready.
+    rules,     ///< `ip` refused them.
+    addresses, ///< Those of the machine can't be followed.
+    relay,     ///< There can be no process for it.
 };
 
 /// A sentence for the operator, without a full stop.
@@ -50,8 +53,10 @@ bool apply_rules(char const* ip, char const* rules);
 /// The socket on which the program is reached from outside, bound.   -1: `errno` says why not.
 int bind_for(Network const& network);
 
-/// In the network of the program, on a socket of `bind_for`: `relay` or `hand_out`.
-[[noreturn]] void serve(int acceptor, Network const& network);
+/// In the network of the program, on a socket of `bind_for` (-1: there is none): `relay` or `hand_out`. Where
+/// the program reaches the internet it also follows `own`, the addresses of the machine, and exits when it
+/// can't.
+[[noreturn]] void serve(int acceptor, Network const& network, OwnAddresses& own);
 
 /// Starts slirp4netns, which passes on what the processes of the network of `inside` send as connections of
 /// its own. It is our child, and ends with us. Returns when it works.
@@ -79,6 +84,7 @@ public:
 
 private:
     Network const& network_;
+    OwnAddresses own_;
     int acceptor_ = -1;
     pid_t relay_ = -1;
     int ends_[2] = {-1, -1}; ///< Outside, inside: a byte each says that its side is ready.
