@@ -86,6 +86,27 @@ asio::awaitable<result<>> DockerCleanup::watch_builds()
     co_return result<>();
 }
 
+asio::awaitable<void> DockerCleanup::remove_late_names(std::set<std::string> projects)
+{
+    Arguments list{"images", "--format", std::string(core::image_format)};
+    auto const listing = co_await commands_.docker(std::move(list));
+    core::DockerScope scope;
+    scope.identity = params_.identity;
+    Arguments removal{"rmi", "--force", "--no-prune"};
+    auto const options = removal.size();
+    for (auto const& project : projects) {
+        scope.project = project;
+        auto const found = core::named_images(listing ? *listing : std::string(), scope);
+        removal.insert(removal.end(), found.begin(), found.end());
+    }
+    if (removal.size() == options)
+        co_return;
+    log_.info(LogCause("left-overs"), "docker: removes the names of images whose builds were given up");
+    auto const removed = co_await commands_.docker(std::move(removal));
+    if (!removed)
+        log_.debug(concat("docker: ", removed.error().message()));
+}
+
 asio::awaitable<void> DockerCleanup::remove_builds(Arguments containers)
 {
     log_.info(LogCause("builds"), concat("docker: removes ", std::to_string(containers.size()),

@@ -9,6 +9,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,10 @@ public:
     ///
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> watch_builds();
+
+    /// Removes names of images of simulations that have ended: docker may finish a build that was given up,
+    /// and name its image. Failures are logged.
+    boost::asio::awaitable<void> remove_late_names(std::set<std::string> projects);
 
     /// Removes old images that no container uses. Failures are logged.
     boost::asio::awaitable<void> remove_old_images();

@@ -18,6 +18,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -61,6 +62,7 @@ struct DockerMode::Impl
     DockerBuildLimits build_limits;
     DockerEngine engine;
     std::map<std::string, Counted> counted; ///< Of projects that were not cleared.
+    std::set<std::string> ended;            ///< Projects whose builds docker may still finish.
     std::set<std::string> owed; ///< Projects of which something may be left, since docker did not answer.
     std::optional<async::Wakeup> cleared; ///< While `run()` is awaited.
 };
@@ -102,9 +104,12 @@ asio::awaitable<result<>> DockerMode::run()
 asio::awaitable<result<>> DockerMode::Impl::clean()
 {
     for (;;) {
+        auto const over = std::exchange(ended, {});
         auto const watched = co_await cleanup.watch_builds();
         if (!watched)
             co_return watched;
+        if (!over.empty())
+            co_await cleanup.remove_late_names(over);
         co_await remove_owed();
         if (!owed.empty())
             continue;
@@ -208,8 +213,10 @@ asio::awaitable<void> DockerMode::clear(std::string project)
                          concat("docker: of ", project,
                                 " something may be left, until docker answers: ", removed.error().message()));
     }
-    if (impl_->cleared)
+    if (impl_->cleared) {
+        impl_->ended.insert(project);
         impl_->cleared->notify();
+    }
     co_await impl_->cleanup.remove_old_images();
 }
 

@@ -494,7 +494,7 @@ BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_i
     running.spawn(fixture.run_docker());
     fixture.world.advance(60s);
     fixture.processes.expect().prints("webots-1  | .\n");
-    for (int i = 0; i < 4; ++i) // what is left, two looks at builds, what is left
+    for (int i = 0; i < 5; ++i) // what is left, two looks at builds, late names, what is left
         fixture.processes.expect().prints("Cannot connect to the Docker daemon.\n").exits(1);
     fixture.expect_commands(2);
     fixture.expect_commands(1, concat("c1\t\"", project, "\"\t\"\"\tExited (137) 1 second ago\n"));
@@ -503,8 +503,8 @@ BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_i
     BOOST_TEST(fixture.log.contains("something may be left, until docker answers: Cannot connect"));
     fixture.world.advance(60s);
     auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 3u + 4u + 2u + 1u + 1u + 3u + looks);
-    BOOST_TEST(lines.at(10) == "/bin/docker rm --force --volumes c1");
+    BOOST_TEST_REQUIRE(lines.size() == 3u + 5u + 2u + 1u + 1u + 3u + looks);
+    BOOST_TEST(lines.at(11) == "/bin/docker rm --force --volumes c1");
     running.cancel_all();
     fixture.world.run(running.join());
 }
@@ -532,13 +532,13 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     fixture.processes.expect().prints("No such container: 0a\n").exits(1);
     fixture.expect_commands(1);
     fixture.processes.expect(); // docker events again
-    fixture.expect_commands(looks + 2);
+    fixture.expect_commands(looks + 3);
     auto& browser = fixture.start();
     fixture.world.advance(20s);
     fixture.leave(browser);
     fixture.world.advance(60s);
     auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 2u + 1u + 4u + looks + 2u);
+    BOOST_TEST_REQUIRE(lines.size() == 2u + 1u + 4u + looks + 3u);
     BOOST_TEST(lines.at(3).starts_with("/bin/docker events --since "));
     BOOST_TEST(lines.at(4) == "/bin/docker update --pids-limit 50 0a");
     BOOST_TEST(lines.at(5) == "/bin/docker update --pids-limit 50 0c");
@@ -559,15 +559,16 @@ BOOST_AUTO_TEST_CASE(docker_is_not_followed_for_a_project_that_has_nothing_run)
     running.spawn(fixture.run_docker());
     fixture.world.advance(60s);
     fixture.processes.expect().prints("webots-1  | .\n");
-    fixture.expect_commands(looks + 2);
+    fixture.expect_commands(looks + 3);
     fixture.leave(fixture.start());
     fixture.world.advance(60s);
-    BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 2u);
+    BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 3u);
     running.cancel_all();
     fixture.world.run(running.join());
 }
 
-BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again)
+// Issue 43, line 7: so that nobody can start an image from it.
+BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again_and_lose_the_names_that_they_get_late)
 {
     Fixture fixture;
     fixture.open();
@@ -577,10 +578,17 @@ BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again)
     fixture.world.advance(60s);
     fixture.processes.expect().prints("webots-1  | .\n");
     fixture.expect_commands(looks + 2);
+    fixture.expect_commands(1,
+                            concat(project, "_webots:latest\t2026-11-28 12:00:00 +0000 UTC\n",
+                                   "webots-2000-1f3a9c4d-2-0_webots:latest\t2026-11-28 12:00:00 +0000 UTC\n",
+                                   "other:latest\t2026-11-28 12:00:00 +0000 UTC\n"));
+    fixture.expect_commands(1);
     auto& browser = fixture.start();
     fixture.leave(browser);
     fixture.world.advance(60s);
-    BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 2u);
+    auto const lines = fixture.run();
+    BOOST_TEST_REQUIRE(lines.size() == 2u + 1u + looks + 2u + 2u);
+    BOOST_TEST(lines.back() == concat("/bin/docker rmi --force --no-prune ", project, "_webots:latest"));
     running.cancel_all();
     fixture.world.run(running.join());
 }
