@@ -160,6 +160,7 @@ struct DockerConfig
     std::string images = "cyberbotics/webots.cloud"; ///< `dockerImages`: of Webots, without a tag.
     bool project_dockerfiles =
         false; ///< `projectDockerfiles`: a project's own `Dockerfile` is built in place of ours.
+    bool build_network = false; ///< `buildNetwork`: builds of projects' Dockerfiles have Docker's network.
     /// `persistantDockerImages`: present, old images are removed, but these (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
 

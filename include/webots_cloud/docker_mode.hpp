@@ -43,6 +43,9 @@ struct DockerModeParams
     std::string identity;
     /// Use the `Dockerfile` of a project instead of ours. Its compose file is never used.
     bool project_dockerfiles = false;
+    /// Where simulators have a network of their own: what a `Dockerfile` of a project runs while it is built
+    /// still reaches what Docker's network reaches, private networks among it. Default: nothing.
+    bool build_network = false;
     /// Present: unused images older than two days are removed, except these (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
     std::string display = ":0"; ///< On which containers draw; they see no other. Empty: none of this machine.

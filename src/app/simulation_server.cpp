@@ -314,6 +314,7 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     params.templates = fs::weakly_canonical(config.containers.directory, failed);
     params.images = config.containers.images;
     params.project_dockerfiles = config.containers.project_dockerfiles;
+    params.build_network = config.containers.build_network;
     params.persistent_images = config.containers.persistent_images;
     params.identity = core::docker_identity(host_name(), config.address.port, instances);
     params.environment = current_environment();

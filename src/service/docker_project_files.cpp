@@ -63,8 +63,10 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     walls.limits = params_.limits;
     walls.token = hooks_.new_token();
     bool const own = texts.dockerfile && params_.project_dockerfiles;
+    bool const competes = yml->kind == core::ComposeTemplate::competition;
     // Of ours nothing but a project's Makefile is run.
-    walls.builds_without_network = walls.own_network && texts.has_makefile && !own;
+    walls.builds_without_network = walls.own_network && (own ? !params_.build_network : texts.has_makefile);
+    walls.controller_builds_without_network = walls.own_network && competes && !params_.build_network;
     Names names{core::system_calls_template};
     auto const system_calls = co_await files_.read(params_.templates, std::move(names));
     if (!system_calls)
@@ -92,11 +94,13 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     ContainerProject project;
     project.environment = std::move(*values);
     project.uses_project_dockerfile = own;
-    project.builds_what_it_says =
-        own || texts.has_makefile || yml->kind == core::ComposeTemplate::competition;
+    project.builds_what_it_says = own || texts.has_makefile || competes;
     project.own_network = walls.own_network;
     project.token = std::move(walls.token);
     project.notes = core::unused_file_notes(texts, own);
+    if (walls.own_network && (own || competes) && !params_.build_network)
+        project.notes.emplace_back("The Dockerfile of the project is built without a network, unless this "
+                                   "server's operator sets \"buildNetwork\".");
     co_return project;
 }
 

@@ -58,6 +58,8 @@ def setUpModule():
     labels = "LABEL webots_cloud.server=x com.docker.compose.project=y com.docker.compose.service=webots\n"
     git.add_repository("o", "hidden", {**robots, **competition(f"\ufeffFROM {IMAGES}:R2025a-ubuntu22.04\n{labels}RUN false\n")})
     git.add_repository("o", "slow", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN sleep 1000\n"})
+    git.add_repository("o", "exposed", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nEXPOSE 22 1000-1010 3000/udp\n"
+                                        "COPY . /usr/local/webots-project\n"})
     git.add_repository("o", "injection", {"worlds/a$(touch x).wbt": "#VRML_SIM R2025a utf8\n"})
 
 
@@ -304,6 +306,53 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                             for step in docker.run("ps", "--quiet").split() for each in json.loads(docker.run("inspect", step))]
                 wait_until(lambda: limits() == [(50, 100 << 20)], "the build has no limits")
             self.check_clean(simulation)
+
+    async def test_a_dockerfile_of_a_project_reaches_nothing_while_it_is_built(self):
+        for settings, network in (({}, "none"), ({"buildNetwork": True}, "default")):
+            with self.subTest(**settings), server(projectDockerfiles=True, **settings) as simulation:
+                async with Browser(simulation) as browser:
+                    await browser.start(world("slow"))
+                    await browser.hear("loading: Step 3/")
+                    await browser.hear("loading: ---> Running in ")
+
+                    def networks():
+                        return [each["HostConfig"]["NetworkMode"] for step in docker.run("ps", "--quiet").split()
+                                for each in json.loads(docker.run("inspect", step))]
+                    wait_until(networks, "no step runs")
+                    self.assertEqual(networks(), [network])
+                    notes = [text for text in browser.told if "is built without a network" in text]
+                    self.assertEqual(len(notes), int(network == "none"), browser.told)
+                self.check_clean(simulation)
+
+    async def test_what_an_image_exposes_is_not_published(self):
+        with server(projectDockerfiles=True, gateway=True, network="host") as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("exposed"))
+                container, = self.containers_of("webots")
+                self.assertEqual(docker.run("port", container).split("\n"), [f"{simulation.port + 1}/tcp -> 127.0.0.1:{simulation.port + 1}", ""])
+            self.check_clean(simulation)
+
+    async def test_old_images_go_after_a_simulation_and_those_that_are_listed_or_used_stay(self):
+        names = {name: f"{IMAGES}:{name}" for name in ("old", "listed", "used")} | {"stranger": "stranger/webots:old"}
+        for name in names.values():
+            docker.import_old_image(f"{IMAGES}:R2025a-ubuntu22.04", name)
+        docker.run("tag", f"{IMAGES}:R2025a-ubuntu22.04", f"{IMAGES}:young")
+        docker.run("run", "--detach", "--network", "none", "--name", "user", names["used"], "/bin/sleep", "1000")
+
+        def there():
+            return set(docker.run("images", "--format", "{{.Repository}}:{{.Tag}}").split()) & {*names.values(), f"{IMAGES}:young"}
+        try:
+            with server(persistantDockerImages=[names["listed"]]) as simulation:
+                async with Browser(simulation) as browser:
+                    await self.start(browser, world("robots"))
+                    self.assertEqual(len(there()), 5, "not while nothing has ended")
+                stay = {names["listed"], names["used"], names["stranger"], f"{IMAGES}:young"}
+                wait_until(lambda: there() == stay, lambda: f"{there()} {simulation.log()[-2000:]}")
+                wait_until(lambda: docker.things()["containers"] == ["user running"], "left-overs")
+        finally:
+            docker.run("rm", "--force", "user")
+            for name in there():
+                docker.run("rmi", name)
 
     async def test_no_dockerfile_of_a_project_takes_files_of_another_simulation(self):
         with server() as simulation:

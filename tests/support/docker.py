@@ -5,6 +5,8 @@
         docker.run("ps", "--all")
 """
 
+import contextlib
+import json
 import os
 import re
 import shutil
@@ -126,6 +128,28 @@ class DockerDaemon(Startable):
             for inside, outside in wanted.items():
                 tar.add(outside, inside.lstrip("/"), recursive=False)
         self.run("import", "--change", 'CMD ["/bin/sleep", "1000"]', archive, name)
+
+    def import_old_image(self, source, name):
+        """The image `source` once more, as if it had been made years ago."""
+        with tempfile.TemporaryDirectory(dir=self.folder) as folder:
+            packed, unpacked = os.path.join(folder, "packed.tar"), os.path.join(folder, "image")
+            self.run("save", "--output", packed, source)
+            with tarfile.open(packed) as tar:
+                tar.extractall(unpacked)
+            with open(os.path.join(unpacked, "manifest.json")) as file:
+                manifest = json.load(file)
+            with open(os.path.join(unpacked, manifest[0]["Config"])) as file:
+                config = json.load(file)
+            config |= {"created": "2020-01-02T03:04:05Z", "author": name}  # an image of its own
+            manifest[0] |= {"Config": "old.json", "RepoTags": [name]}
+            for path, content in (("manifest.json", manifest), ("old.json", config)):
+                with open(os.path.join(unpacked, path), "w") as file:
+                    json.dump(content, file)
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(os.path.join(unpacked, "repositories"))
+            with tarfile.open(packed, "w") as tar:
+                tar.add(unpacked, ".")
+            self.run("load", "--input", packed)
 
     def things(self):
         """Every container, network of compose, and volume that there is."""

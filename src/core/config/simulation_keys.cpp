@@ -238,6 +238,11 @@ constexpr std::array simulation_programs{
         .value = member<&SimulationConfig::containers, &DockerConfig::project_dockerfiles>,
         .text = "a project's own `Dockerfile` is built in place of ours",
     },
+    ConfigKey{.name = "buildNetwork",
+              .value = member<&SimulationConfig::containers, &DockerConfig::build_network>,
+              .text = "`true`: builds of projects' Dockerfiles, those of competitions among them, reach what "
+                      "Docker's network reaches, see "
+                      "[docs/docker.md](docs/docker.md#what-a-build-reaches)"},
     ConfigKey{.name = "persistantDockerImages",
               .value = member<&SimulationConfig::containers, &DockerConfig::persistent_images>,
               .text = "old images are removed, except for these (`repository:tag`)",

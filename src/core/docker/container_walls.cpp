@@ -145,8 +145,10 @@ std::string walls_file(std::string_view compose_file, ContainerWalls const& wall
         text.append("    security_opt:\n      - no-new-privileges:true\n");
         if (walls.system_calls && name != editor && lines.find("seccomp") == std::string::npos)
             text.append(concat("      - seccomp:", system_calls_file_name, "\n"));
-        if (walls.builds_without_network && name == simulator_service &&
-            lines.find("build:") != std::string::npos && lines.find("network:") == std::string::npos)
+        bool const is_closed = (walls.builds_without_network && name == simulator_service) ||
+                               (walls.controller_builds_without_network && name == controller);
+        if (is_closed && lines.find("build:") != std::string::npos &&
+            lines.find("network:") == std::string::npos)
             text.append("    build:\n      network: none\n");
         if (!walls.token.empty() && name == simulator_service)
             text.append(concat("    labels:\n      ", simulator_label, ": \"", walls.token, "\"\n"));

@@ -31,7 +31,8 @@ struct ContainerWalls
     bool own_network =
         false; ///< The simulator gets its network from us, and the controller of a competition none.
     /// Nothing is reached while the image is built, unless the operator has chosen a network for that.
-    bool builds_without_network = false;
+    bool builds_without_network = false;            ///< The simulator's image.
+    bool controller_builds_without_network = false; ///< That of the participant of a competition.
     /// There is a list of system calls, for all services but the editor and those for which the operator has
     /// chosen another.
     bool system_calls = false;

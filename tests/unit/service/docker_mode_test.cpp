@@ -784,6 +784,39 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
         browser.sent.back().starts_with("loading: Error: Unable to start Webots: it exited with status 1"));
 }
 
+// Issue 43, line 7: private networks and the metadata service of a cloud are no business of a Dockerfile's.
+BOOST_AUTO_TEST_CASE(dockerfiles_of_projects_are_built_without_a_network_unless_the_operator_allows_it)
+{
+    for (bool const competes : {true, false})
+        for (bool const allowed : {true, false}) {
+            auto params = docker_params();
+            params.network.reach = ProcessNetwork::Reach::internet;
+            params.project_dockerfiles = !competes;
+            params.build_network = allowed;
+            Fixture fixture(params);
+            fixture.open();
+            std::string const file = competes ? "controllers/Dockerfile" : "Dockerfile";
+            if (competes)
+                fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
+            fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
+            fixture.files.texts[std::string(root) + "/" + file] = "FROM scratch\n";
+            fixture.files.texts["/templates/docker-compose-competition.yml"] =
+                "services:\n  webots:\n    build: .\n  controller:\n    build:\n      context: controllers\n";
+            fixture.files.texts["/templates/docker-compose-default.yml"] =
+                "services:\n  webots:\n    build:\n      context: .\n";
+            fixture.processes.expect().prints("no\n").exits(1);
+            fixture.expect_commands(looks);
+            auto& browser = fixture.start();
+            auto const walls = fixture.written("docker-compose.walls.yml");
+            std::string const service = competes ? "  controller:\n" : "  webots:\n";
+            auto const of_service = walls.substr(walls.find(service));
+            BOOST_TEST((of_service.find("    build:\n      network: none\n") == std::string::npos) ==
+                       allowed);
+            BOOST_TEST(browser.was_told(
+                           "loading: The Dockerfile of the project is built without a network") == !allowed);
+        }
+}
+
 // Competitions build the project's Dockerfile whoever may use projects' Dockerfiles otherwise.
 BOOST_AUTO_TEST_CASE(a_dockerfile_that_starts_from_another_simulation_is_not_built)
 {

@@ -102,7 +102,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
 {
     auto const next = simulation(
         R"({"port":2,"server":"s","ssl":false,"portRewrite":false,"docker":true,"dockerDir":"/d",
-        "dockerImages":"i","projectDockerfiles":true,"persistantDockerImages":[],"forges":[],"caFile":"a","notify":"https://a",
+        "dockerImages":"i","projectDockerfiles":true,"buildNetwork":true,"persistantDockerImages":[],"forges":[],"caFile":"a","notify":"https://a",
         "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","labels":["gpu"],"display":":1","sandbox":"docker","simulationUser":"u","confineServer":false,"network":"host","simulationMemory":512,"simulationCpus":2,
         "simulationProcesses":50,"simulationFiles":100,"simulationDisk":10,"gateway":false,"simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
         "extendable":60,"startTimeout":1,

@@ -839,6 +839,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("dockerDir":"d")", [](auto const& c) { return c.containers.directory.filename() == "d"; }},
         {R"("dockerImages":"r/i")", [](auto const& c) { return c.containers.images == "r/i"; }},
         {R"("projectDockerfiles":true)", [](auto const& c) { return c.containers.project_dockerfiles; }},
+        {R"("buildNetwork":true)", [](auto const& c) { return c.containers.build_network; }},
         {R"("keyDir":"/k")", [](auto const&) { return true; }},
         {R"("multimediaServer":"m","multimediaStream":"s")",
          [](auto const& c) { return c.multimedia_server == "m" && c.multimedia_stream == "s"; }},

@@ -156,6 +156,12 @@ BOOST_AUTO_TEST_CASE(images_are_built_without_a_network_where_the_operator_has_n
                std::string::npos);
     BOOST_TEST(walls_file("services:\n  webots:\n    image: x\n", walls).find(line) == std::string::npos);
     BOOST_TEST(walls_file(built, ContainerWalls()).find(line) == std::string::npos);
+    auto const participant = "services:\n  controller:\n    build:\n      context: controllers\n";
+    BOOST_TEST(walls_file(participant, walls).find(line) == std::string::npos);
+    walls = ContainerWalls();
+    walls.controller_builds_without_network = true;
+    BOOST_TEST(walls_file(participant, walls).find(line) != std::string::npos);
+    BOOST_TEST(walls_file(built, walls).find(line) == std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(each_service_gets_the_limits_of_a_simulation)
