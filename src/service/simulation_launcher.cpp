@@ -150,6 +150,7 @@ private:
     void on_output(std::string_view bytes);
     void on_line(std::string_view line);
     void on_webots_line(std::string_view line);
+    void note_words_of_compose(std::string_view line);
     void on_container_end(std::string_view line);
     void on_exit(ExitStatus status, ProcessUsage const& usage);
     void show_progress(std::string_view text);
@@ -380,10 +381,22 @@ void RunningSimulation::on_line(std::string_view line)
         on_container_end(line);
     if (source != compose || state_.was_ready())
         return;
-    last_words_.add(core::without_project(line, plan_.project));
+    note_words_of_compose(line);
     state_.start_goes_on(clock_.now());
     if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
         stop(core::missing_image_text(plan_.image));
+}
+
+/// One of its lines may say why nothing starts.
+void RunningSimulation::note_words_of_compose(std::string_view line)
+{
+    constexpr std::string_view killed =
+        "A step of the build failed, since it was killed: each may use as much "
+        "memory and disk as a simulation. ";
+    if (core::is_build_summary(line))
+        return;
+    last_words_.add(
+        concat(core::says_step_was_killed(line) ? killed : "", core::without_project(line, plan_.project)));
 }
 
 /// The simulator has ended, and other containers keep compose running.

@@ -58,6 +58,8 @@ def setUpModule():
     labels = "LABEL webots_cloud.server=x com.docker.compose.project=y com.docker.compose.service=webots\n"
     git.add_repository("o", "hidden", {**robots, **competition(f"\ufeffFROM {IMAGES}:R2025a-ubuntu22.04\n{labels}RUN false\n")})
     git.add_repository("o", "slow", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN sleep 1000\n"})
+    line = 1000 * "x"
+    git.add_repository("o", "greedy", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN while echo {line}; do :; done >/loot\n"})
     git.add_repository("o", "exposed", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nEXPOSE 22 1000-1010 3000/udp\n"
                                         "COPY . /usr/local/webots-project\n"})
     git.add_repository("o", "injection", {"worlds/a$(touch x).wbt": "#VRML_SIM R2025a utf8\n"})
@@ -306,6 +308,16 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                             for step in docker.run("ps", "--quiet").split() for each in json.loads(docker.run("inspect", step))]
                 wait_until(lambda: limits() == [(50, 100 << 20)], "the build has no limits")
             self.check_clean(simulation)
+
+    async def test_a_step_of_a_build_that_writes_too_much_ends_with_its_build(self):
+        with server(projectDockerfiles=True, simulationDisk=20) as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start(world("greedy"))
+                await browser.hear_all()
+                self.assertTrue(browser.told[-1].startswith("loading: Error: Unable to start Webots: "), browser.told[-1])
+                self.assertIn("each may use as much memory and disk as a simulation", browser.told[-1])
+            self.check_clean(simulation)
+            self.assertIn("it has written more than 20 MB", simulation.log())
 
     async def test_a_dockerfile_of_a_project_reaches_nothing_while_it_is_built(self):
         for settings, network in (({}, "none"), ({"buildNetwork": True}, "default")):

@@ -1,5 +1,6 @@
 #include "build_limits.hpp"
 
+#include "container_sizes.hpp"
 #include "core/text.hpp"
 #include "labels.hpp"
 
@@ -21,12 +22,19 @@ std::vector<std::string> watch_starts(std::string_view identity, WallTime since)
             concat("{{.ID}}\t{{json (index .Actor.Attributes \"", project_label, "\")}}")};
 }
 
+namespace {
+
+bool is_container(std::string_view text) noexcept
+{
+    return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return hex_digit(c) >= 0; });
+}
+
+} // namespace
+
 std::optional<std::string> build_step(std::string_view line)
 {
     auto const fields = split(trim(line), '\t');
-    bool const is_number = !fields[0].empty() && std::all_of(fields[0].begin(), fields[0].end(),
-                                                             [](char c) { return hex_digit(c) >= 0; });
-    if (fields.size() != 2 || fields[1] != "\"\"" || !is_number)
+    if (fields.size() != 2 || fields[1] != "\"\"" || !is_container(fields[0]))
         return std::nullopt;
     return std::string(fields[0]);
 }
@@ -50,6 +58,27 @@ std::vector<std::string> limit_container(ProcessLimits const& limits, std::strin
         return {};
     arguments.emplace_back(container);
     return arguments;
+}
+
+std::vector<std::string> list_step_sizes(std::set<std::string> const& containers)
+{
+    std::vector<std::string> arguments{"ps", "--no-trunc", "--size", "--format", "{{.ID}}\t{{.Size}}"};
+    for (auto const& container : containers) {
+        arguments.emplace_back("--filter");
+        arguments.push_back(concat("id=", container));
+    }
+    return arguments;
+}
+
+std::map<std::string, std::uint64_t> read_step_sizes(std::string_view listing)
+{
+    std::map<std::string, std::uint64_t> sizes;
+    for (auto const line : split(listing, '\n')) {
+        auto const fields = split(trim(line), '\t');
+        if (fields.size() == 2 && is_container(fields[0]))
+            sizes.emplace(fields[0], container_bytes(fields[1]));
+    }
+    return sizes;
 }
 
 } // namespace webots_cloud::core

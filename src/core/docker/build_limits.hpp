@@ -4,7 +4,10 @@
 #include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <cstdint>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,5 +24,12 @@ std::optional<std::string> build_step(std::string_view line);
 
 /// The arguments of docker that limit a container as a simulation is limited; empty: there are no limits.
 std::vector<std::string> limit_container(ProcessLimits const& limits, std::string_view container);
+
+/// The arguments of docker that list those of the containers that run, and what each has written, as
+/// `read_step_sizes` reads it.
+std::vector<std::string> list_step_sizes(std::set<std::string> const& containers);
+
+/// The bytes that each container of the listing has written.
+std::map<std::string, std::uint64_t> read_step_sizes(std::string_view listing);
 
 } // namespace webots_cloud::core

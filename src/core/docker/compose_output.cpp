@@ -72,6 +72,16 @@ std::string without_project(std::string_view text, std::string_view project)
     return told.append(text);
 }
 
+bool says_step_was_killed(std::string_view line)
+{
+    return trim(line).ends_with("returned a non-zero code: 137"); // 128 + SIGKILL
+}
+
+bool is_build_summary(std::string_view line)
+{
+    return trim(line).ends_with("failed to build : Build failed");
+}
+
 bool says_image_is_missing(std::string_view line, std::string_view image)
 {
     auto const says = [&](std::string_view text) { return line.find(text) != std::string_view::npos; };

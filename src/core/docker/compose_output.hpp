@@ -37,6 +37,12 @@ bool is_progress(std::string_view line);
 /// told who could build an image from them.
 std::string without_project(std::string_view text, std::string_view project);
 
+/// Whether compose reports that a step of a build was killed: by the kernel, which lacked memory, or by us.
+bool says_step_was_killed(std::string_view line);
+
+/// Whether compose reports only that a build has failed, after a line that says why.
+bool is_build_summary(std::string_view line);
+
 /// Whether compose reports that `image` does not exist. A build may lack other things too.
 bool says_image_is_missing(std::string_view line, std::string_view image);
 

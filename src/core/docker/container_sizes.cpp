@@ -8,10 +8,8 @@
 #include <charconv>
 
 namespace webots_cloud::core {
-namespace {
 
-/// `1.21GB (virtual 3.5GB)`: what the container has added to its image.
-std::uint64_t bytes_of(std::string_view size)
+std::uint64_t container_bytes(std::string_view size)
 {
     constexpr std::string_view units = "kMGTP"; // powers of a thousand
     double number = 0;
@@ -24,8 +22,6 @@ std::uint64_t bytes_of(std::string_view size)
         number *= 1000;
     return number < 1e18 ? static_cast<std::uint64_t>(number) : std::uint64_t{1} << 60;
 }
-
-} // namespace
 
 std::vector<std::string> list_container_sizes(std::string_view project)
 {
@@ -40,7 +36,7 @@ ContainerSizes parse_container_sizes(std::string_view listing)
     ContainerSizes sizes;
     for (auto const line : split(listing, '\n')) {
         auto const fields = split(line, '\t');
-        sizes.bytes += bytes_of(fields[0]);
+        sizes.bytes += container_bytes(fields[0]);
         if (fields.size() != 2)
             continue;
         for (auto const mount : split(fields[1], ',')) { // folders of the machine begin with a slash
@@ -65,7 +61,7 @@ std::uint64_t volume_bytes(std::string_view listing, std::vector<std::string> co
     for (auto const line : split(listing, '\n')) {
         auto const fields = split(line, '\t');
         if (fields.size() == 2 && std::find(volumes.begin(), volumes.end(), fields[0]) != volumes.end())
-            bytes += bytes_of(fields[1]);
+            bytes += container_bytes(fields[1]);
     }
     return bytes;
 }

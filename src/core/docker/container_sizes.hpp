@@ -8,6 +8,9 @@
 
 namespace webots_cloud::core {
 
+/// `1.21GB (virtual 3.5GB)`, as docker prints it: what a container has added to its image. Docker rounds.
+std::uint64_t container_bytes(std::string_view size);
+
 /// What was written into the file systems of containers, and into which volumes.
 struct ContainerSizes
 {

@@ -548,6 +548,42 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     fixture.world.run(running.join());
 }
 
+// Issue 43, line 7.
+BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_writes_too_much_is_killed)
+{
+    auto params = docker_params();
+    params.limits.disk = 10'000'000;
+    Fixture fixture(params);
+    fixture.open();
+    fixture.files.texts[std::string(root) + "/Makefile"] = "all:\n";
+    fixture.expect_commands(2);
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(fixture.run_docker());
+    fixture.world.advance(60s);
+    fixture.processes.expect().after(20s).prints("The command 'x' returned a non-zero code: 137\n").exits(1);
+    fixture.processes.expect().after(1s).prints("0a\t\"\"\n0b\t\"\"\n"); // docker events
+    fixture.expect_commands(1, "0a\t9.9MB (virtual 1GB)\n0b\t1MB (virtual 1GB)\n");
+    fixture.expect_commands(1, "0a\t10.1MB (virtual 1GB)\n"); // the other one has ended
+    fixture.expect_commands(1);
+    fixture.expect_commands(looks + 3);
+    auto& browser = fixture.start();
+    fixture.world.advance(80s);
+    auto const lines = fixture.run();
+    BOOST_TEST_REQUIRE(lines.size() >= 7u);
+    BOOST_TEST(lines.at(4) ==
+               "/bin/docker ps --no-trunc --size --format {{.ID}}\t{{.Size}} --filter id=0a --filter id=0b");
+    BOOST_TEST(lines.at(5) == lines.at(4));
+    BOOST_TEST(lines.at(6) == "/bin/docker kill 0a");
+    BOOST_TEST(std::count_if(lines.begin(), lines.end(), [](std::string const& line) {
+                   return line.starts_with("/bin/docker ps --no-trunc --size");
+               }) == 2);
+    BOOST_TEST(fixture.log.contains("it has written more than 10 MB"));
+    BOOST_TEST(browser.sent.back().find("since it was killed: each may use as much memory and disk") !=
+               std::string::npos);
+    running.cancel_all();
+    fixture.world.run(running.join());
+}
+
 BOOST_AUTO_TEST_CASE(docker_is_not_followed_for_a_project_that_has_nothing_run)
 {
     auto params = docker_params();

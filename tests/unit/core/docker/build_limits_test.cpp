@@ -41,4 +41,15 @@ BOOST_AUTO_TEST_CASE(a_step_of_a_build_is_limited_as_a_simulation_is)
                boost::test_tools::per_element());
 }
 
+BOOST_AUTO_TEST_CASE(what_steps_have_written_is_read_of_containers_alone)
+{
+    BOOST_TEST(list_step_sizes({"0a", "0b"}) ==
+                   (Words{"ps", "--no-trunc", "--size", "--format", "{{.ID}}\t{{.Size}}", "--filter", "id=0a",
+                          "--filter", "id=0b"}),
+               boost::test_tools::per_element());
+    auto const sizes =
+        read_step_sizes("0a\t1.5MB (virtual 1GB)\r\n0b\t0B (virtual 1GB)\n--all\t9GB\n0c\nx\t9GB\n");
+    BOOST_TEST((sizes == std::map<std::string, std::uint64_t>{{"0a", 1'500'000}, {"0b", 0}}));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -95,6 +95,12 @@ BOOST_AUTO_TEST_CASE(an_image_that_does_not_exist_is_told_from_other_things_that
         says_image_is_missing("docker.io/cyberbotics/webots.cloud:R2099a-ubuntu22.04: not found", image));
     BOOST_TEST(says_image_is_missing("manifest unknown", image)); // as some registries say, and no more
     BOOST_TEST(!says_image_is_missing("make: g++: command not found", image));
+    BOOST_TEST(is_build_summary("ERROR: Service 'webots' failed to build : Build failed\r"));
+    BOOST_TEST(!is_build_summary(
+        "ERROR: Service 'webots' failed to build: The command 'x' returned a non-zero code: 1"));
+    BOOST_TEST(says_step_was_killed("ERROR: Service 'webots' failed to build: The command '/bin/sh -c x' "
+                                    "returned a non-zero code: 137\r"));
+    BOOST_TEST(!says_step_was_killed("The command '/bin/sh -c x' returned a non-zero code: 1"));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
