@@ -6,8 +6,6 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::string_view subscriber = "/64"; // as `IpAddress::quota_key` writes it
-
 struct Wider
 {
     int bits;
@@ -24,26 +22,16 @@ bool is_global(IpAddress const& address) noexcept
 
 } // namespace
 
-QuotaLevels::QuotaLevels(std::string_view key)
-{
-    static_assert(wider == wider_networks.size());
-    if (key.empty())
-        return;
-    levels_[0].key = key;
-    size_ = 1;
-    if (key.ends_with(subscriber))
-        add_wider(key.substr(0, key.size() - subscriber.size()));
-}
-
 void QuotaLevels::add_wider(std::string_view network)
 {
+    static_assert(wider == wider_networks.size());
     auto const address = IpAddress::parse(network);
     if (!address || !is_global(*address))
         return;
     for (auto const& each : wider_networks) {
         auto& name = names_[size_ - 1];
-        name = concat(address->network(each.bits).text(), each.suffix);
-        levels_[size_].key = name;
+        auto const text = concat(address->network(each.bits).text(), each.suffix);
+        levels_[size_].key = {name.data(), text.copy(name.data(), name.size())};
         levels_[size_].factor = each.factor;
         ++size_;
     }

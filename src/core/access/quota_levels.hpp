@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
-#include <string>
 #include <string_view>
 
 namespace webots_cloud::core {
@@ -37,7 +36,12 @@ class QuotaLevels
 public:
     static constexpr std::size_t most = 1 + wider;
 
-    explicit QuotaLevels(std::string_view key);
+    explicit QuotaLevels(std::string_view key) : size_(key.empty() ? 0 : 1)
+    {
+        levels_[0].key = key;
+        if (key.ends_with(subscriber))
+            add_wider(key.substr(0, key.size() - subscriber.size()));
+    }
     QuotaLevels(QuotaLevels const&) = delete;
     QuotaLevels& operator=(QuotaLevels const&) = delete;
 
@@ -47,11 +51,14 @@ public:
     std::size_t size() const noexcept { return size_; }
 
 private:
+    static constexpr std::string_view subscriber = "/64"; // as `IpAddress::quota_key` writes it
+    static constexpr std::size_t max_name = sizeof("ffff:ffff:ffff:ffff:ffff:ffff:ffff:ffff/56");
+
     void add_wider(std::string_view network);
 
     std::array<QuotaLevel, most> levels_;
-    std::array<std::string, wider> names_;
-    std::size_t size_ = 0;
+    std::array<std::array<char, max_name>, wider> names_; // of the levels behind the first; else not set
+    std::size_t size_;
 };
 
 /// How much a level with this factor may have, where one client may have `of_client` of `all`: never more
