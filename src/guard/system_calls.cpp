@@ -31,10 +31,12 @@ constexpr std::uint32_t architecture = AUDIT_ARCH_AARCH64;
 
 constexpr std::uint32_t first_x32_call = 0x40000000; // x86-64 with 32-bit pointers; no other has such numbers
 
+constexpr std::uint32_t secret_memory = 447; // `memfd_secret`, which older headers do not know
+
 constexpr std::initializer_list<std::uint32_t> forbidden = {
-    SYS_add_key,        SYS_request_key,      SYS_keyctl, SYS_bpf,
-    SYS_userfaultfd,    SYS_perf_event_open,  SYS_syslog, SYS_io_uring_setup,
-    SYS_io_uring_enter, SYS_io_uring_register};
+    SYS_add_key,        SYS_request_key,       SYS_keyctl,   SYS_bpf,
+    SYS_userfaultfd,    SYS_perf_event_open,   SYS_syslog,   SYS_io_uring_setup,
+    SYS_io_uring_enter, SYS_io_uring_register, secret_memory};
 
 constexpr std::initializer_list<std::uint32_t> socket_families = {AF_UNIX, AF_INET, AF_INET6, AF_NETLINK};
 

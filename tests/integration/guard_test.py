@@ -230,6 +230,8 @@ class Guard(unittest.TestCase):
         said = filtered("/usr/bin/grep", "-E", "^(NoNewPrivs|Seccomp):", "/proc/self/status")
         self.assertEqual(said.stdout.split(), ["NoNewPrivs:", "1", "Seccomp:", "2"])
         self.assertEqual(filtered("/bin/sh", "-c", "exit 7").returncode, 7)
+        secret_memory = "import ctypes; libc = ctypes.CDLL(None, use_errno=True); print(libc.syscall(447, 0), ctypes.get_errno())"
+        self.assertEqual(filtered("/usr/bin/python3", "-c", secret_memory).stdout, f"-1 {errno.EPERM}\n")
         missing = filtered("/nowhere/program")
         self.assertEqual((missing.returncode, missing.stdout), (127, "can't run /nowhere/program: No such file or directory\n"))
 
