@@ -46,6 +46,8 @@ struct SimulationServiceParams
     /// A sentence that says why simulations are not isolated from each other: for the monitor page, the
     /// answer of `/readyz` and a metric. Empty: they are.
     std::string isolation_warning;
+    /// A sentence that says which limits simulations can exceed here, for the monitor page. Empty: none.
+    std::string limits_warning;
     /// How simulations are confined, for the monitor page, as in `bubblewrap, public internet only`.
     std::string sandbox;
     /// What this machine can run, for session servers: as in `LoadReport::labels`.

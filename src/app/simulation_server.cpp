@@ -232,14 +232,17 @@ ControlGroupsParams control_groups_params(SimulationConfig const& config, Proces
 
 /// Tells the operator which limits simulations have, and which are not kept well. In containers Docker keeps
 /// them.
-void tell_limits(SimulationConfig const& config, ProcessLimits const& limits, LimitSupport const& support,
-                 Logger const& log)
+/// Returns: the latter, as `core::unkept_limits` says.
+std::string tell_limits(SimulationConfig const& config, ProcessLimits const& limits,
+                        LimitSupport const& support, bool has_sandbox, Logger const& log)
 {
     if (config.docker || config.slurm)
-        return;
+        return {};
     log.info(core::limits_text(limits, support));
-    for (auto const& warning : core::limits_warnings(limits, support))
-        log.warning(warning);
+    auto unkept = core::unkept_limits(limits, support, has_sandbox);
+    if (!unkept.empty())
+        log.warning(unkept);
+    return unkept;
 }
 
 /// Where the sockets are by which simulations with a network of their own are reached. Empty: nowhere.
@@ -459,7 +462,6 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const group_folders = control_group_mounts(*groups);
     read_only.insert(read_only.end(), group_folders.begin(), group_folders.end());
     auto const limit_support_here = limit_support(*groups);
-    tell_limits(config, limits, limit_support_here, log);
     auto const processes = make_process_host(executor, guard, read_only, groups, metrics->graphics_times());
     app::ContainerNetwork container_network;
     if (config.docker)
@@ -477,6 +479,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (!sandbox)
         co_return sandbox.error();
     app::tell_user(*user, sandbox->params.user, log);
+    auto const unkept_limits =
+        tell_limits(config, limits, limit_support_here, !sandbox->walls.sandbox.empty(), log);
     auto const display = co_await app::choose_display(config, sandbox->params, guard, sandbox_context.state,
                                                       *processes, *clock, log);
     if (!display)
@@ -486,7 +490,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
 
     auto wall_findings = app::wall_findings(config, choice);
     if (!config.docker)
-        for (auto& each : app::wall_findings(*user, *sandbox, *display, isolation_warning))
+        for (auto& each : app::wall_findings(*user, *sandbox, *display, isolation_warning, unkept_limits))
             wall_findings.push_back(std::move(each));
 
     // What starts programs, looks at them, or mounts, has been made by now; what handles anything that comes
@@ -551,6 +555,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto service_settings = service_params(config, walls, choice->notice);
     service_settings.isolation_warning =
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
+    service_settings.limits_warning = unkept_limits;
     service_settings.sandbox = config.docker ? container_network.description : sandbox->description;
     if (!user->is_elsewhere)
         service_settings.sandbox.append(concat("; ", app::describe_user(*user, sandbox->params.user)));

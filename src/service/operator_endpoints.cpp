@@ -273,6 +273,7 @@ std::string OperatorEndpoints::monitor_text()
     view.description = params_.config.description;
     view.notice = params_.notice;
     view.warning = params_.isolation_warning;
+    view.limits_warning = params_.limits_warning;
     view.sandbox = params_.sandbox;
     view.display = params_.display;
     view.load = average_.value();

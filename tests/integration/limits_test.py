@@ -17,10 +17,11 @@ import urllib.parse
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, websockets  # noqa: E402
 from support.cgroup import DelegatedGroups  # noqa: E402
+from support.firejail import require_firejail  # noqa: E402
 from support.frames import Frames  # noqa: E402
 from support.other_user import NOBODY, OwnedServer, as_nobody_with_numbers, require_subordinate_users, works  # noqa: E402
 from support.projects import demo_project  # noqa: E402
-from support.servers import is_sanitized, main, wait_until  # noqa: E402
+from support.servers import PATIENCE, is_sanitized, main, wait_until  # noqa: E402
 
 NEIGHBOUR = "local:/projects/neighbour/blob/main/worlds/arena.wbt"
 WORLD = """#VRML_SIM R2025a utf8
@@ -38,6 +39,35 @@ try:
         taken.append(b"x" * (16 << 20))
 except MemoryError:
     pass
+''',
+    "files_in_memory": r'''
+held = []
+for _ in range(40):
+    held.append(os.memfd_create("held"))
+    os.write(held[-1], b"x" * (10 << 20))
+''',
+    "shared_pages": r'''
+import mmap
+held = mmap.mmap(-1, 400 << 20)
+for i in range(0, len(held), 4096):
+    held[i] = 1
+''',
+    "threads_alone": r'''
+import ctypes, threading, time
+first = threading.get_native_id()
+
+def take():  # when the first thread has ended
+    while " Z " not in open(f"/proc/self/task/{first}/stat").read():
+        time.sleep(0.01)
+    taken = []
+    try:
+        for _ in range(600):
+            taken.append(b"x" * (16 << 20))
+    except MemoryError:
+        threading.Event().wait()
+
+threading.Thread(target=take).start()
+ctypes.CDLL(None).syscall(ctypes.c_long(60 if os.uname().machine == "x86_64" else 93), 0)
 ''',
     "processes": r'''
 def start_all():  # in a thread, where children are harder to find
@@ -75,8 +105,18 @@ except OSError as error:
     os.rename("said.new", "said")
 ''',
 }
+MEMORY_ATTACKS = ("memory", "files_in_memory", "shared_pages", "threads_alone")
+# Of a sandbox, which has such a folder to itself.
+SANDBOX_ATTACKS = {
+    "private_folder": r'''
+for i in range(40):
+    with open(f"/tmp/filling{i}", "wb") as file:
+        file.write(b"x" * (10 << 20))
+''',
+}
 # Like a machine without control groups.
 WITHOUT_GROUPS = ("unshare", "--mount", "sh", "-c", 'mount -t tmpfs -o ro none /sys/fs/cgroup && exec "$@"', "sh")
+TOKEN = "a-token-of-the-operator"
 MEMORY = 200
 PROCESSES = 60
 FILES = 100
@@ -117,7 +157,7 @@ def may_make_groups():
 def place_projects(folder):
     """A project for each attack, and the neighbour's; returns the keys that let them run."""
     files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
-    for name, attack in ATTACKS.items():
+    for name, attack in {**ATTACKS, **SANDBOX_ATTACKS}.items():
         files[f"{name}/worlds/hostile.wbt"] = WORLD.encode()
         files[f"{name}/controllers/attack/attack"] = f"#!/usr/bin/python3\nimport os, signal{attack}\nsignal.pause()\n".encode()
     for path, content in files.items():
@@ -145,6 +185,8 @@ class Limits:
     user = None
     wrapper = ()
     enforced = "looked at every second"
+    attacks = ATTACKS
+    memory_attacks = MEMORY_ATTACKS
 
     @classmethod
     def setUpClass(cls):
@@ -171,7 +213,7 @@ class Limits:
             async with websockets.connect(address.geturl(), max_size=None) as viewer:
                 await viewer.send("real-time:-1")
                 frames = Frames(address.port, address.path.rstrip("/") + "/mjpeg")
-                names = list(ATTACKS)
+                names = list(cls.attacks)
                 cls.told = dict(zip(names, await asyncio.gather(*map(cls.overrun, names))))
                 await asyncio.to_thread(frames.wait_for_next, "after the others have ended")
                 frames.close()
@@ -189,7 +231,10 @@ class Limits:
             if name == "files":
                 await browser.hear("webots:")
                 return await asyncio.to_thread(cls.said)
-            await browser.hear_all()
+            try:
+                await asyncio.wait_for(browser.hear_all(), PATIENCE)
+            except TimeoutError:
+                return "It goes on."
             return browser.told[-1]
 
     @classmethod
@@ -200,8 +245,10 @@ class Limits:
             return file.read()
 
     def test_the_browser_is_told_of_the_memory(self):
-        self.assertEqual(self.told["memory"], f"loading: Error: The simulation used more than {MEMORY} MB of memory, which is the limit "
-                         'of a simulation on this server. Its operator can raise "simulationMemory".')
+        for attack in self.memory_attacks:
+            with self.subTest(attack):
+                self.assertEqual(self.told[attack], f"loading: Error: The simulation used more than {MEMORY} MB of memory, which is the "
+                                 'limit of a simulation on this server. Its operator can raise "simulationMemory".')
 
     def test_the_browser_is_told_of_the_processes(self):
         self.assertEqual(self.told["processes"], f"loading: Error: The simulation started more than {PROCESSES} processes and threads at "
@@ -226,13 +273,28 @@ class Limits:
         self.assertGreater(row["processes"], 0)
 
     def test_the_metrics_count_the_ended_and_sum_up_the_others(self):
-        for limit, ended in (("memory", 1), ("processes", 1), ("disk", 2)):
+        for limit, ended in (("memory", len(self.memory_attacks)), ("processes", 1), ("disk", 2)):
             self.assertIn(f'simulations_over_limit_total{{limit="{limit}"}} {ended}\n', self.figures)
         self.assertRegex(self.figures, r"simulations_memory_bytes [1-9]")
         self.assertRegex(self.figures, r"simulations_processes [1-9]")
 
     def test_the_log_says_who_keeps_the_limits(self):
         self.assertIn(f"The limits of each simulation: {MEMORY} MB of memory ({self.enforced}", self.server.log())
+
+
+class InSandbox:
+    """Comes before the class that says how the server runs."""
+
+    sandbox = "bubblewrap"
+    program = "bwrap"
+    attacks = {**ATTACKS, **SANDBOX_ATTACKS}
+    memory_attacks = (*MEMORY_ATTACKS, *SANDBOX_ATTACKS)
+
+    @classmethod
+    def check(cls):
+        super().check()
+        if not shutil.which(cls.program):
+            raise unittest.SkipTest(f"{cls.sandbox} is not installed")
 
 
 class WithGroups(Limits):
@@ -258,14 +320,8 @@ class ControlGroupsOfOtherUsers(WithGroups, unittest.TestCase):
     keys = {"sandbox": "none", "simulationUser": "auto"}
 
 
-class ControlGroupsWithBubblewrap(WithGroups, unittest.TestCase):
+class ControlGroupsWithBubblewrap(InSandbox, WithGroups, unittest.TestCase):
     keys = {"sandbox": "bubblewrap", "network": "none"}
-
-    @classmethod
-    def check(cls):
-        super().check()
-        if not shutil.which("bwrap"):
-            raise unittest.SkipTest("bubblewrap is not installed")
 
 
 class DelegatedControlGroups(WithGroups):
@@ -292,14 +348,8 @@ class ControlGroupsOfAnotherUser(DelegatedControlGroups, unittest.TestCase):
     keys = {"sandbox": "none"}
 
 
-class ControlGroupsOfAnotherUserWithBubblewrap(DelegatedControlGroups, unittest.TestCase):
+class ControlGroupsOfAnotherUserWithBubblewrap(InSandbox, DelegatedControlGroups, unittest.TestCase):
     keys = {"sandbox": "bubblewrap", "network": "none"}
-
-    @classmethod
-    def check(cls):
-        super().check()
-        if not shutil.which("bwrap"):
-            raise unittest.SkipTest("bubblewrap is not installed")
 
 
 class ControlGroupsOfSubordinateUsers(DelegatedControlGroups, unittest.TestCase):
@@ -324,8 +374,27 @@ class WithoutGroups(Limits):
         if is_sanitized("webots-simulation-server"):
             raise unittest.SkipTest("sanitizers reserve terabytes, which count as memory here")
 
-    def test_the_log_warns(self):
-        self.assertIn("The limits of simulations are looked at every second only", self.server.log())
+    @classmethod
+    def make_server(cls):
+        server = super().make_server()
+        server.config["operatorTokenFile"] = os.path.join(server.folder, "token")
+        with open(server.config["operatorTokenFile"], "w") as file:
+            file.write(f"{TOKEN}\n")
+        os.chmod(file.name, 0o600)
+        return server
+
+    def test_the_doctor_warns_of_the_limits_that_are_not_kept(self):
+        authorized = {"Authorization": f"Bearer {TOKEN}"}
+        wait_until(lambda: json.loads(self.server.ask("/api/doctor", headers=authorized)[1])["examined"], "nobody has looked")
+        findings = json.loads(self.server.ask("/api/doctor?last", headers=authorized)[1])["findings"]
+        limits, = [each for each in findings if each["subject"] == "limits"]
+        self.assertEqual(limits["verdict"], "warning")
+        self.assertIn("memory and processes are looked at every second only", limits["found"])
+
+    def test_log_and_monitor_say_which_limits_are_not_kept(self):
+        warning = "memory and processes are looked at every second only"
+        self.assertIn(warning, self.server.log())
+        self.assertIn(warning, self.server.get("/monitor"))
 
 
 class RootWithoutGroups(WithoutGroups, unittest.TestCase):
@@ -338,10 +407,28 @@ class RootWithoutGroups(WithoutGroups, unittest.TestCase):
             raise unittest.SkipTest("control groups can't be hidden here")
 
 
+class RootWithoutGroupsWithBubblewrap(InSandbox, RootWithoutGroups):
+    keys = {"sandbox": "bubblewrap", "network": "none"}
+
+
+class RootWithoutGroupsWithFirejail(InSandbox, RootWithoutGroups):
+    sandbox = program = "firejail"
+    keys = {"sandbox": "firejail", "network": "none"}
+
+    @classmethod
+    def check(cls):
+        require_firejail()
+        super().check()
+
+
 class AnotherUser(WithoutGroups, unittest.TestCase):
     """Who may make no groups."""
 
     user = NOBODY
+
+
+class AnotherUserWithBubblewrap(InSandbox, AnotherUser):
+    keys = {"sandbox": "bubblewrap", "network": "none"}
 
 
 class Processors(unittest.TestCase):

@@ -166,13 +166,15 @@ struct ProcessUsage
     Duration processor{}; ///< Time of all processors, of processes that have ended too.
     /// In memory now. Without control groups, pages that processes share count once for each.
     std::uint64_t memory_bytes = 0;
-    std::uint64_t own_memory_bytes = 0; ///< Of that, what no file is behind: it counts towards the limit.
-    Duration graphics{};                ///< Time of all graphics processors: `GraphicsTimes::busy`.
-    std::uint64_t processes = 0;        ///< And threads.
-    std::uint64_t memory_kills = 0;     ///< Processes that the kernel has killed at the limit of memory.
-    std::uint64_t refused_forks = 0;    ///< Processes that it has not started at their limit.
-    bool complete = true;               ///< False: there are more processes than were sampled.
-    std::optional<TimePoint> counted;   ///< When that was so; none: now.
+    /// What counts towards the limit of memory: what no file is behind, also in swap, with the tables of the
+    /// kernel for it. Where that could be over the limit, also files in memory and shared memory.
+    std::uint64_t own_memory_bytes = 0;
+    Duration graphics{};              ///< Time of all graphics processors: `GraphicsTimes::busy`.
+    std::uint64_t processes = 0;      ///< And threads.
+    std::uint64_t memory_kills = 0;   ///< Processes that the kernel has killed at the limit of memory.
+    std::uint64_t refused_forks = 0;  ///< Processes that it has not started at their limit.
+    bool complete = true;             ///< False: there are more processes than were sampled.
+    std::optional<TimePoint> counted; ///< When that was so; none: now.
 
     bool operator==(ProcessUsage const&) const = default;
 };

@@ -286,7 +286,8 @@ TakeUsage GuardedProcess::usage_to_take() const
     work.root = guard_.id();
     // Lest more processes be overlooked than there may be.
     work.max_processes = std::max(default_max_processes, static_cast<std::size_t>(limits_.processes) + 1);
-    work.enough_memory = limits_.memory > 0 ? limits_.memory : ~std::uint64_t{0};
+    bool const is_ours_to_keep = limits_.memory > 0 && (!group_ || group_->group.memory == 0);
+    work.enough_memory = is_ours_to_keep ? limits_.memory : ~std::uint64_t{0};
     work.has_limits = limits_.any();
     work.group = group_;
     work.graphics = graphics_;

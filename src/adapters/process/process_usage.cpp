@@ -1,14 +1,19 @@
 #include "process_usage.hpp"
 
 #include "process_tree.hpp"
+#include "shared_memory.hpp"
 
+#include <dirent.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::adapters {
 namespace {
@@ -24,6 +29,7 @@ struct Ticks
     long long processor = 0;
     long long pages = 0;
     long long threads = 0;
+    bool lost_first_thread = false; ///< It has ended, the others go on.
 };
 
 Ticks read_process(pid_t process)
@@ -34,6 +40,7 @@ Ticks read_process(pid_t process)
     Ticks ticks;
     if (name_end == std::string_view::npos || name_end + 3 > text.size())
         return ticks;
+    bool const has_ended = text[name_end + 2] == 'Z';
     text.remove_prefix(name_end + 3); // a blank, and the state: a letter
     for (int field = 1; field <= resident_field; ++field) {
         auto const value = next_number(text);
@@ -45,31 +52,104 @@ Ticks read_process(pid_t process)
         if (field == resident_field)
             ticks.pages = value;
     }
+    ticks.lost_first_thread = has_ended && ticks.threads > 1;
     return ticks;
 }
 
-/// Pages of a process that are of no file.
-long long own_pages(pid_t process)
+/// What is in memory of a process, in pages; of that, what is of no file.
+struct Pages
+{
+    long long all = 0;
+    long long own = 0;
+};
+
+Pages read_pages(pid_t process)
 {
     ProcBuffer buffer;
     auto text = read_start("/proc/" + std::to_string(process) + "/statm", buffer);
     next_number(text); // all of them, used or not
-    auto const resident = next_number(text);
-    return std::max(0LL, resident - next_number(text));
+    Pages pages;
+    pages.all = next_number(text);
+    pages.own = std::max(0LL, pages.all - next_number(text));
+    return pages;
 }
 
-/// The same in bytes, with a fair part of each page that it shares with others. Takes longer.
-/// Returns: nothing when that can't be read.
-std::optional<std::uint64_t> own_share(pid_t process)
+/// The kernel shows nothing of the memory of a process by a thread that has ended, such as the first one.
+/// Returns: the number of another one; that of the process, if there is none.
+pid_t thread_with_memory(pid_t process)
 {
-    constexpr std::string_view name = "Pss_Anon:";
-    ProcBuffer buffer;
-    auto text = read_start("/proc/" + std::to_string(process) + "/smaps_rollup", buffer);
-    auto const found = text.find(name);
+    auto const tasks = "/proc/" + std::to_string(process) + "/task";
+    std::unique_ptr<DIR, int (*)(DIR*)> const listing(::opendir(tasks.c_str()), &::closedir);
+    while (auto const* const entry = listing ? ::readdir(listing.get()) : nullptr) {
+        std::string_view const name(entry->d_name);
+        pid_t thread = 0;
+        std::from_chars(name.data(), name.data() + name.size(), thread);
+        if (thread > 0 && read_pages(thread).all > 0)
+            return thread;
+    }
+    return process;
+}
+
+/// The number behind `key` in a table of the kernel's that says kB, in bytes.
+std::optional<std::uint64_t> bytes_of(std::string_view text, std::string_view key)
+{
+    auto const found = text.find(key);
     if (found == std::string_view::npos)
         return std::nullopt;
-    text.remove_prefix(found + name.size());
+    text.remove_prefix(found + key.size());
     return static_cast<std::uint64_t>(next_number(text)) << 10;
+}
+
+std::uint64_t own_bytes(pid_t process)
+{
+    static auto const page_size = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    return static_cast<std::uint64_t>(read_pages(process).own) * page_size;
+}
+
+/// Memory of a process that is of no file, in bytes: also what is in swap, and the tables of its pages, which
+/// can be larger than these.
+std::uint64_t own_memory(pid_t process)
+{
+    ProcBuffer buffer;
+    auto const text = read_start("/proc/" + std::to_string(process) + "/status", buffer);
+    auto const resident = bytes_of(text, "\nRssAnon:\t");
+    if (!resident) // very many groups, which come before, leave no room for it
+        return own_bytes(process);
+    return *resident + bytes_of(text, "\nVmSwap:\t").value_or(0) + bytes_of(text, "\nVmPTE:\t").value_or(0);
+}
+
+/// The same with a fair part of each page that it shares with others. Takes longer.
+std::uint64_t own_share(pid_t process)
+{
+    auto const id = std::to_string(process);
+    ProcBuffer rollup_buffer;
+    auto const rollup = read_start("/proc/" + id + "/smaps_rollup", rollup_buffer);
+    auto const share = bytes_of(rollup, "\nPss_Anon:");
+    if (!share)
+        return own_memory(process);
+    ProcBuffer buffer;
+    auto const status = read_start("/proc/" + id + "/status", buffer);
+    return *share + bytes_of(rollup, "\nSwapPss:").value_or(0) + bytes_of(status, "\nVmPTE:\t").value_or(0);
+}
+
+/// What counts towards the limit `enough`. Most simulations are so far from it that what is quickly read
+/// shows that.
+std::uint64_t counted_memory(std::vector<pid_t> const& processes, std::uint64_t enough)
+{
+    std::uint64_t own = 0;
+    for (auto const process : processes)
+        own += own_memory(process);
+    auto const all = machine_shared_memory();
+    if (own <= enough && all <= enough - own)
+        return own;
+    auto const found = shared_memory(processes);
+    auto const shared = found.is_whole ? found.bytes : all;
+    if (own <= enough && shared <= enough - own)
+        return own + shared;
+    own = 0; // which counted pages as often as forked processes share them
+    for (auto const process : processes)
+        own += own_share(process);
+    return own + std::min(shared, ~own);
 }
 
 } // namespace
@@ -80,25 +160,21 @@ ProcessUsage process_usage(pid_t root, std::size_t max_processes, std::uint64_t 
     static long const ticks_per_second = ::sysconf(_SC_CLK_TCK);
     static long const page_size = ::sysconf(_SC_PAGESIZE);
     Ticks total;
-    std::uint64_t own = 0;
     auto const tree = process_tree(root, max_processes);
+    std::vector<pid_t> holders; // of memory
+    holders.reserve(tree.processes.size());
     for (auto const process : tree.processes) {
         auto const ticks = read_process(process);
         total.processor += ticks.processor;
-        total.pages += ticks.pages;
         total.threads += ticks.threads;
-        own += static_cast<std::uint64_t>(own_pages(process) * page_size);
-    }
-    if (own > enough_memory) { // counting pages as often as forked processes share them
-        own = 0;
-        for (auto const process : tree.processes)
-            own += own_share(process).value_or(static_cast<std::uint64_t>(own_pages(process) * page_size));
+        holders.push_back(ticks.lost_first_thread ? thread_with_memory(process) : process);
+        total.pages += ticks.lost_first_thread ? read_pages(holders.back()).all : ticks.pages;
     }
     auto const processor = std::chrono::duration<double>(static_cast<double>(total.processor) /
                                                          static_cast<double>(ticks_per_second));
     ProcessUsage usage(std::chrono::duration_cast<Duration>(processor),
                        static_cast<std::uint64_t>(total.pages * page_size));
-    usage.own_memory_bytes = own;
+    usage.own_memory_bytes = counted_memory(holders, enough_memory);
     usage.processes = static_cast<std::uint64_t>(total.threads);
     if (graphics)
         usage.graphics = graphics->busy(tree.processes);

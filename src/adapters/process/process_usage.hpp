@@ -13,10 +13,11 @@ namespace webots_cloud::adapters {
 
 /// The usage of `root` and its descendants, of `max_processes` at most; nothing when `root` has ended.
 ///
-/// With more than `enough_memory` of their own, what they share is divided among them. `graphics`: null:
-/// nothing is known of graphics processors.
+/// Whether they have more than `enough_memory` is found out exactly: where less can't be ruled out, what they
+/// share is counted once, with files in memory (`shared_memory`). `graphics`: null: nothing is known of
+/// graphics processors.
 ///
-/// Reads two small files for each process: not for the event loop.
+/// Reads two small files for each process, and near `enough_memory` much more: not for the event loop.
 ProcessUsage process_usage(pid_t root, std::size_t max_processes = 256,
                            std::uint64_t enough_memory = ~std::uint64_t{0},
                            GraphicsTimes const* graphics = nullptr);

@@ -24,9 +24,11 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint,
 /// What does not change while a server runs: simulator and graphics processor.
 core::Findings wall_findings(SimulationConfig const& config, result<core::SimulatorChoice> const& choice);
 
-/// The same of what the server has tried when it started.
+/// The same of what the server has tried when it started. `unkept_limits`: as `core::unkept_limits` says.
+/// Other programs do not try which limits can be kept: that takes part in control groups.
 core::Findings wall_findings(ChosenUser const& user, ChosenSandbox const& sandbox,
-                             ChosenDisplay const& display, std::string const& isolation_warning);
+                             ChosenDisplay const& display, std::string const& isolation_warning,
+                             std::string const& unkept_limits);
 
 /// `walls` are among the findings; other programs than the server try sandbox, user and display as well.
 CheckWork examine_simulation_server(SimulationConfig config, std::filesystem::path programs,

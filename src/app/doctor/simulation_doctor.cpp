@@ -268,16 +268,19 @@ Findings wall_findings(SimulationConfig const& config, result<core::SimulatorCho
 }
 
 Findings wall_findings(ChosenUser const& user, ChosenSandbox const& sandbox, ChosenDisplay const& display,
-                       std::string const& isolation_warning)
+                       std::string const& isolation_warning, std::string const& unkept_limits)
 {
     std::vector<std::string> warnings;
     if (!sandbox.warning.empty())
         warnings.push_back(sandbox.warning);
     else if (sandbox.walls.sandbox.empty()) // as "sandbox" says
         warnings.emplace_back("each of them can read what this server can read (docs/sandboxes.md).");
-    return {isolation_finding(isolation_warning), user_finding(user, sandbox.params.user, {}),
-            attempt_finding("sandbox", "\"sandbox\"", sandbox.description, std::move(warnings)),
-            attempt_finding("display", "\"display\"", display.description, {})};
+    Findings findings{isolation_finding(isolation_warning), user_finding(user, sandbox.params.user, {}),
+                      attempt_finding("sandbox", "\"sandbox\"", sandbox.description, std::move(warnings)),
+                      attempt_finding("display", "\"display\"", display.description, {})};
+    if (!unkept_limits.empty())
+        findings.push_back(core::judge_limits(unkept_limits));
+    return findings;
 }
 
 CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, Findings walls,

@@ -42,6 +42,12 @@ Finding judge_attempt(std::string_view subject, std::string_view key, result<Att
     return {Verdict::warning, subject, concat(reading->description, ": ", listed(reading->warnings, " "))};
 }
 
+Finding judge_limits(std::string_view unkept)
+{
+    return {Verdict::warning, "limits", unkept.substr(0, unkept.find_last_not_of('.') + 1),
+            "Run the server as its unit of systemd does, which gives it control groups."};
+}
+
 Finding judge_graphics(GraphicsReading const& reading)
 {
     constexpr std::string_view subject = "graphics";

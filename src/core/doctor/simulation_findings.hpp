@@ -38,6 +38,9 @@ struct AttemptReading
 /// `key`: of the configuration, for the remedy.
 Finding judge_attempt(std::string_view subject, std::string_view key, result<AttemptReading> const& reading);
 
+/// `unkept`: a sentence, as `unkept_limits` says.
+Finding judge_limits(std::string_view unkept);
+
 struct GraphicsReading
 {
     GraphicsReading() = default;

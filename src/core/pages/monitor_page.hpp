@@ -43,6 +43,7 @@ struct SimulationMonitorView
     std::string description;
     std::string notice;
     std::string warning;
+    std::string limits_warning;
     std::string sandbox; ///< How simulations are confined; empty: not shown.
     std::string display; ///< What they draw on; empty: not shown.
     double load = 0;

@@ -127,10 +127,9 @@ std::string simulation_monitor_page(SimulationMonitorView const& view)
 {
     auto html =
         page_begin("simulation", view.title.empty() ? "Webots simulation server" : view.title, view.assets);
-    if (!view.notice.empty())
-        html += concat("<p class=\"notice\">", escape_html(view.notice), "</p>\n");
-    if (!view.warning.empty())
-        html += concat("<p class=\"notice\">", escape_html(view.warning), "</p>\n");
+    for (auto const* notice : {&view.notice, &view.warning, &view.limits_warning})
+        if (!notice->empty())
+            html += concat("<p class=\"notice\">", escape_html(*notice), "</p>\n");
     if (!view.description.empty())
         html += concat("<p>", escape_html(view.description), "</p>\n");
     html += concat("<p class=\"notice\" id=\"draining\"", view.draining ? "" : " hidden",

@@ -116,19 +116,28 @@ std::string limits_text(ProcessLimits const& limits, LimitSupport const& support
     return concat("The limits of each simulation: ", text, ".");
 }
 
-std::vector<std::string> limits_warnings(ProcessLimits const& limits, LimitSupport const& support)
+std::string unkept_limits(ProcessLimits const& limits, LimitSupport const& support, bool has_sandbox)
 {
-    std::vector<std::string> warnings;
-    auto const reason = concat(support.problem, " (docs/sandboxes.md, \"Limits\").");
-    if ((limits.memory > 0 && !support.memory) || (limits.processes > 0 && !support.processes))
-        warnings.push_back(
-            concat("The limits of simulations are looked at every second only, in which a simulation can "
-                   "use much more, since this server can make no control groups: ",
-                   reason));
+    std::string unkept;
+    auto const add = [&unkept](std::string_view what) { unkept += concat(unkept.empty() ? "" : "; ", what); };
+    bool const memory_is_watched = limits.memory > 0 && !support.memory;
+    bool const processes_are_watched = limits.processes > 0 && !support.processes;
+    if (memory_is_watched || processes_are_watched)
+        add(concat(memory_is_watched ? "memory" : "",
+                   memory_is_watched && processes_are_watched ? " and " : "",
+                   processes_are_watched ? "processes" : "", processes_are_watched ? " are" : " is",
+                   " looked at every second only, in which a simulation can use much more"));
+    if (memory_is_watched)
+        add("memory that no process shows, such as the buffers of sockets, is not counted");
+    if (memory_is_watched && !has_sandbox)
+        add("files in the machine's own folders in memory, such as /dev/shm, are not counted");
     if (limits.processors > 0 && !support.processors)
-        warnings.push_back(concat(
-            "\"simulationCpus\" has no effect, since this server can make no control groups: ", reason));
-    return warnings;
+        add("\"simulationCpus\" has no effect");
+    if (unkept.empty())
+        return {};
+    return concat("Simulations can exceed some of their limits, since this server can make no control groups "
+                  "for these (",
+                  support.problem, "): ", unkept, " (docs/sandboxes.md, \"Limits\").");
 }
 
 } // namespace webots_cloud::core

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace webots_cloud::core {
 
@@ -52,7 +51,8 @@ bool limits_hold(ProcessLimits const& limits, LimitSupport const& support) noexc
 /// For the operator, at the start: which limits there are and who keeps them.
 std::string limits_text(ProcessLimits const& limits, LimitSupport const& support);
 
-/// For the operator: limits that are not kept as they should be, a sentence each.
-std::vector<std::string> limits_warnings(ProcessLimits const& limits, LimitSupport const& support);
+/// For the operator: which of its limits a simulation can exceed here, and why; a sentence for the log, the
+/// monitor page and the doctor. `has_sandbox`: it has folders in memory of its own. Empty: none.
+std::string unkept_limits(ProcessLimits const& limits, LimitSupport const& support, bool has_sandbox);
 
 } // namespace webots_cloud::core

@@ -45,6 +45,14 @@ BOOST_AUTO_TEST_CASE(an_attempt_works_works_with_warnings_or_fails)
     BOOST_TEST(failed.remedy == "Install what is missing, or change \"sandbox\" (docs/sandboxes.md).");
 }
 
+BOOST_AUTO_TEST_CASE(limits_that_are_not_kept_are_a_warning_with_a_remedy)
+{
+    auto const finding = judge_limits("Some are not kept.");
+    BOOST_TEST((finding.verdict == Verdict::warning));
+    BOOST_TEST(finding.found == "Some are not kept");
+    BOOST_TEST(finding.remedy != "");
+}
+
 BOOST_AUTO_TEST_CASE(a_graphics_processor_has_to_be_there_and_ours_to_use)
 {
     GraphicsReading reading;

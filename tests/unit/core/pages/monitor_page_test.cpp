@@ -166,7 +166,8 @@ BOOST_AUTO_TEST_CASE(every_value_is_escaped)
     BOOST_TEST(!contains(session_monitor_page(view), "<img"));
 
     SimulationMonitorView simulation;
-    simulation.title = simulation.description = simulation.notice = simulation.warning = "<script>";
+    simulation.title = simulation.description = simulation.notice = simulation.warning =
+        simulation.limits_warning = "<script>";
     simulation.allowed = simulation.blocked = {"https://x/\"><script>"};
     SimulationRow hostile_row;
     hostile_row.world = hostile_row.state = hostile_row.log = "<script>";
@@ -182,6 +183,7 @@ BOOST_AUTO_TEST_CASE(the_simulation_page_has_every_figure_of_the_reference)
     SimulationMonitorView view;
     view.title = "Lab 7";
     view.description = "Ask Ada.";
+    view.limits_warning = "Some limits are not kept.";
     view.load = 12.345;
     view.host.system = "Debian GNU/Linux 12";
     view.host.name = "lab7";
@@ -194,12 +196,12 @@ BOOST_AUTO_TEST_CASE(the_simulation_page_has_every_figure_of_the_reference)
     view.allowed = {"https://github.com/cyberbotics", "local:/demo"};
     view.notify = {"https://webots.cloud/ajax/server/setup.php"};
     auto const page = simulation_monitor_page(view);
-    for (auto const* text :
-         {"<title>Webots simulation server</title>", "<h1>Lab 7</h1>", "<p>Ask Ada.</p>",
-          "Current load: ", ">12.35%</b>", "Debian GNU/Linux 12 (lab7)", ">25.0%</b> Fast One (2x 8 cores)",
-          "Not recognized", ">50.0%</b> of 32.0GB, swap ", "Allowed Repositories",
-          "<a href=\"https://github.com/cyberbotics\">", "<td>local:/demo</td>",
-          "Share Idle Time: <b>50.0%</b>", "<a href=\"https://webots.cloud\">"})
+    for (auto const* text : {"<title>Webots simulation server</title>", "<h1>Lab 7</h1>", "<p>Ask Ada.</p>",
+                             "<p class=\"notice\">Some limits are not kept.</p>", "Current load: ",
+                             ">12.35%</b>", "Debian GNU/Linux 12 (lab7)", ">25.0%</b> Fast One (2x 8 cores)",
+                             "Not recognized", ">50.0%</b> of 32.0GB, swap ", "Allowed Repositories",
+                             "<a href=\"https://github.com/cyberbotics\">", "<td>local:/demo</td>",
+                             "Share Idle Time: <b>50.0%</b>", "<a href=\"https://webots.cloud\">"})
         BOOST_TEST(contains(page, text), text);
     BOOST_TEST(!contains(page, "Blocked Repositories"));
     view.title.clear();
