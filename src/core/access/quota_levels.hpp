@@ -39,11 +39,14 @@ public:
     explicit QuotaLevels(std::string_view key) : size_(key.empty() ? 0 : 1)
     {
         levels_[0].key = key;
-        if (key.ends_with(subscriber))
+        if (may_have_more(key))
             add_wider(key.substr(0, key.size() - subscriber.size()));
     }
     QuotaLevels(QuotaLevels const&) = delete;
     QuotaLevels& operator=(QuotaLevels const&) = delete;
+
+    /// False: the only level is the key itself.
+    static constexpr bool may_have_more(std::string_view key) noexcept { return key.ends_with(subscriber); }
 
     /// From the client itself to the widest network.
     QuotaLevel const* begin() const noexcept { return levels_.data(); }

@@ -53,22 +53,14 @@ public:
     {
         if (key.empty() || capacity_ == Duration::zero())
             return Verdict::taken;
-        QuotaLevels const levels(key);
-        if (buckets_.size() + levels.size() > max_clients_ && buckets_.find(key) == buckets_.end())
+        if (QuotaLevels::may_have_more(key))
+            return take_at_each_level(key, now);
+        if (buckets_.size() >= max_clients_ && buckets_.find(key) == buckets_.end())
             make_room(now);
-        std::array<Bucket*, QuotaLevels::most> taken_from{}; // which stay where they are
-        auto next = taken_from.begin();
-        for (auto const& level : levels) {
-            auto& bucket = bucket_of(level.key, now);
-            if (bucket.full_at + interval_of(level) - now > capacity_) {
-                refused_by_ = level.key;
-                return std::exchange(bucket.told, true) ? Verdict::refused : Verdict::refused_first;
-            }
-            *next++ = &bucket;
-        }
-        next = taken_from.begin();
-        for (auto const& level : levels)
-            (*next++)->full_at += interval_of(level);
+        auto& bucket = bucket_of(key, now);
+        if (bucket.full_at + interval_ - now > capacity_)
+            return refuse(key, bucket);
+        bucket.full_at += interval_;
         return Verdict::taken;
     }
 
@@ -109,6 +101,32 @@ private:
     Duration interval_of(QuotaLevel const& level) const noexcept
     {
         return std::max(Duration(1), interval_ / static_cast<Duration::rep>(level.factor));
+    }
+
+    /// Out of line, so that the frequent case with one level stays small.
+    [[gnu::noinline]] Verdict take_at_each_level(std::string_view key, TimePoint now)
+    {
+        QuotaLevels const levels(key);
+        if (buckets_.size() + levels.size() > max_clients_ && buckets_.find(key) == buckets_.end())
+            make_room(now);
+        std::array<Bucket*, QuotaLevels::most> taken_from{}; // which stay where they are
+        auto next = taken_from.begin();
+        for (auto const& level : levels) {
+            auto& bucket = bucket_of(level.key, now);
+            if (bucket.full_at + interval_of(level) - now > capacity_)
+                return refuse(level.key, bucket);
+            *next++ = &bucket;
+        }
+        next = taken_from.begin();
+        for (auto const& level : levels)
+            (*next++)->full_at += interval_of(level);
+        return Verdict::taken;
+    }
+
+    Verdict refuse(std::string_view key, Bucket& bucket)
+    {
+        refused_by_ = key;
+        return std::exchange(bucket.told, true) ? Verdict::refused : Verdict::refused_first;
     }
 
     Bucket& bucket_of(std::string_view key, TimePoint now)

@@ -68,7 +68,8 @@ bool is_gateway_path(std::string_view path) noexcept
 
 bool is_path_of_key(std::string_view path) noexcept
 {
-    return is_gateway_path(path) || path_at_machine(path).starts_with(watch_folder);
+    auto const at_machine = path_at_machine(path);
+    return at_machine.starts_with(folder) || at_machine.starts_with(watch_folder);
 }
 
 std::string_view without_keys(std::string_view path) noexcept
