@@ -229,10 +229,13 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
 void SessionService::change_servers(std::vector<ServerChange> const& changes)
 {
     for (auto const& change : changes)
-        if (change.kind == ServerChange::Kind::removed)
+        if (change.kind == ServerChange::Kind::removed) {
             impl_->remove_server(change.server.address);
-        else
+            impl_->forwarding.remove(change.server.address);
+        } else {
             impl_->put_server(change.server, change.before);
+            impl_->forwarding.put(change.server);
+        }
     impl_->expire_monitor();
     impl_->update_availability(impl_->clock.now());
 }

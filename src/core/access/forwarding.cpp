@@ -166,23 +166,39 @@ std::uint16_t public_port(std::string_view address) noexcept
 
 ForwardingTable::ForwardingTable(std::vector<ServerSpec> const& servers)
 {
-    for (auto const& server : servers) {
-        auto const machine = parse_internal_address(server.internal_address);
-        auto const port = public_port(server.address);
-        if (!machine || port == 0 || server.has_own_path)
-            continue;
-        Range range;
-        range.first = range.last = port;
-        range.machine = *machine;
-        range.is_trusted = server.trusted;
-        ranges_.push_back(range);
-        if (server.first_port == 0)
-            continue;
-        range.first = range.machine.port = server.first_port;
-        range.last = server.last_port;
-        range.is_of_simulators = true;
-        ranges_.push_back(std::move(range));
-    }
+    for (auto const& server : servers)
+        add(server);
+}
+
+void ForwardingTable::put(ServerSpec const& server)
+{
+    remove(server.address);
+    add(server);
+}
+
+void ForwardingTable::remove(std::string_view entry)
+{
+    std::erase_if(ranges_, [entry](Range const& range) { return range.entry == entry; });
+}
+
+void ForwardingTable::add(ServerSpec const& server)
+{
+    auto const machine = parse_internal_address(server.internal_address);
+    auto const port = public_port(server.address);
+    if (!machine || port == 0 || server.has_own_path)
+        return;
+    Range range;
+    range.entry = server.address;
+    range.first = range.last = port;
+    range.machine = *machine;
+    range.is_trusted = server.trusted;
+    ranges_.push_back(range);
+    if (server.first_port == 0)
+        return;
+    range.first = range.machine.port = server.first_port;
+    range.last = server.last_port;
+    range.is_of_simulators = true;
+    ranges_.push_back(std::move(range));
 }
 
 /// One after the other: there are as many as machines, and each request of this kind opens a connection.

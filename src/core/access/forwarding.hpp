@@ -111,6 +111,11 @@ public:
     /// the first counts.
     explicit ForwardingTable(std::vector<ServerSpec> const& servers);
 
+    /// Adds a server, behind those that are there, or what has become of one.
+    void put(ServerSpec const& server);
+    /// Of a server that is not there nothing happens.
+    void remove(std::string_view entry);
+
     bool empty() const noexcept { return ranges_.empty(); }
 
     /// Whether a port is a machine's, on any path.
@@ -125,6 +130,7 @@ private:
     {
         Range() = default;
 
+        std::string entry;       ///< The server's address, as in its ServerSpec.
         std::uint16_t first = 0; ///< In public paths.
         std::uint16_t last = 0;
         InternalAddress machine; ///< With what the first port is there.
@@ -132,6 +138,7 @@ private:
         bool is_trusted = false;
     };
 
+    void add(ServerSpec const& server);
     Range const* range_of(std::uint16_t port) const noexcept;
 
     std::vector<Range> ranges_;

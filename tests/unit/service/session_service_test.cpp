@@ -1041,6 +1041,35 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     BOOST_TEST(fixture.get("/2000/client").status == 404);
 }
 
+BOOST_AUTO_TEST_CASE(the_gateway_knows_machines_that_come_and_go_one_by_one)
+{
+    SessionServiceParams params;
+    params.config.gateway = true;
+    Fixture fixture(params);
+    for (auto const* port : {"2000", "3000"})
+        fixture.http.expect(std::string("GET http://10.0.0.2:") + port + "/load").reply(200, "1").always();
+    fixture.start({});
+    std::vector<ServerChange> changes(1);
+    auto& server = changes[0].server;
+    server.address = "sim.example.org/2000";
+    server.internal_address = "10.0.0.2:2000";
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/2000/client";
+    auto const port = [&]() -> std::uint16_t {
+        fixture.service.change_servers(changes);
+        auto const answer = fixture.service.respond(request);
+        auto const* const forward = std::get_if<Forward>(&answer);
+        return forward ? forward->upstream.port : std::uint16_t{0};
+    };
+    BOOST_TEST(port() == 2000u);
+    changes[0].kind = ServerChange::Kind::changed;
+    server.internal_address = "10.0.0.2:3000";
+    BOOST_TEST(port() == 3000u);
+    changes[0].kind = ServerChange::Kind::removed;
+    BOOST_TEST(port() == 0u);
+}
+
 BOOST_AUTO_TEST_CASE(only_what_is_below_the_gateway_of_a_trusted_machine_keeps_the_origin_of_the_site)
 {
     SessionServiceParams params;
