@@ -14,7 +14,7 @@ struct CertificateFacts
     CertificateFacts() = default;
 
     std::string names;  ///< Whom it is for, as in "robots.example.org, 10.0.0.1".
-    std::string issuer; ///< Who has signed it.
+    std::string issuer; ///< The authority that has signed it.
     WallTime begins;    ///< It is valid from here
     WallTime ends;      ///< to here.
     bool fits = true;   ///< It is for the host that was asked about.

@@ -30,14 +30,14 @@ struct NetworkConfig
     std::filesystem::path challenge_folder;
     std::string listen_address = "::";  ///< `listenAddress`: `::` is every address, of IPv4 too.
     int connections_per_address = 1000; ///< `connectionsPerAddress`; trusted proxies have no limit.
-    /// `pingTimeout`, in seconds: a WebSocket of which nothing is heard for so long, though it was pinged, is
+    /// `pingTimeout`, in seconds: a WebSocket that was silent for this time, although it was pinged, is
     /// lost. 0: never.
     Duration ping_timeout = std::chrono::seconds(60);
-    /// `trustedProxies`: addresses and networks, whose word is taken for who their clients are.
+    /// `trustedProxies`: addresses and networks of proxies that are believed about who their clients are.
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
 };
 
-/// Who may ask a server what: keys that both configurations have.
+/// What clients may ask of a server: keys that both configurations have.
 struct AccessConfig
 {
     AccessConfig() = default;
@@ -319,7 +319,7 @@ struct SimulationConfig
     std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach:
                                             ///< `internet` (public addresses), `none`, `host`.
     LimitsConfig limits;                    ///< `simulationMemory` and the like.
-    /// `gateway`: browsers reach simulations through this server's own port; `false`: at ports of theirs.
+    /// `gateway`: browsers reach simulations through this server's own port; `false`: at their own ports.
     bool gateway = true;
     /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for
     /// simulators.

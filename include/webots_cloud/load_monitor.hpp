@@ -89,7 +89,7 @@ public:
     void remove_server(std::string_view address);
 
     /// One more poll of that server at once, unless one is in flight, or it is not in the list, or `run()` is
-    /// not awaited: for who has reason to think that something has changed there.
+    /// not awaited. For callers that have reason to think that something has changed there.
     void poll_now(std::string_view address);
 
     /// Cancellation: terminal; polls in flight are abandoned.

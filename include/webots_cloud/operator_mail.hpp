@@ -23,7 +23,7 @@ struct OperatorMailParams
 {
     OperatorMailParams() = default;
 
-    /// Who gets the mails: named in the log. Empty: nobody, and changes are ignored.
+    /// The address that gets the mails; it is named in the log. Empty: nobody, and changes are ignored.
     std::string administrator;
     PublicAddress address; ///< Of the session server, for the link in each mail.
 };

@@ -1,4 +1,4 @@
-// Where the world outside reaches a server of ours.
+// Where the world outside reaches a server.
 #pragma once
 
 #include <webots_cloud/export.hpp>

@@ -36,7 +36,7 @@ struct SandboxParams
     std::vector<std::filesystem::path> copied;
     std::filesystem::path filter; ///< The guard, which forbids system calls; empty: none are.
 
-    SimulationUser user; ///< Who runs them, whether they are confined or not.
+    SimulationUser user; ///< The user that runs them, whether they are confined or not.
 
     /// They are not confined at all.
     bool is_none() const { return bubblewrap.empty() && firejail.empty(); }

@@ -230,8 +230,8 @@ struct SchedulerParams
     /// Default 15 s: how long a report is trusted. Two intervals of your polls and a time-out are right; less
     /// than an interval makes every machine stale. 0: for ever, for callers that call mark_unreachable().
     Duration report_lifetime = std::chrono::seconds(15);
-    /// Default 30 s; 0: none. For so long a machine that came (back) up is filled cautiously: its caches are
-    /// cold, and being empty it would get every session of the next seconds.
+    /// Default 30 s; 0: none. During this time a machine that came (back) up is filled cautiously: its caches
+    /// are cold, and being empty it would get every session of the next seconds.
     Duration slow_start = std::chrono::seconds(30);
 
     /// Default 1. Same seed, same calls: same decisions. Give each of several session servers that share
@@ -269,8 +269,9 @@ struct PlacementRequest
     bool must_fit = false;
     /// Seats are held for it: see Scheduler::hold().
     bool held = false;
-    /// Reports made since then show everybody whom others have placed: for who asks machines before placing,
-    /// see Scheduler::worth_asking(), and whose browsers arrive at once. By default, no report does.
+    /// Reports made since then include all sessions that others have placed: for callers that ask machines
+    /// before they place (Scheduler::worth_asking()), and whose browsers arrive at once. By default, no
+    /// report does.
     TimePoint current_since = TimePoint::max();
 };
 
@@ -307,7 +308,7 @@ struct Decision
     std::array<std::size_t, refusal_count> refused{};
     /// What the session was believed to want, as a multiple of the average one, where its world was known.
     std::optional<double> expected_cost;
-    /// Nobody was placed, although machines were offered: of `free_seats`, so many were held for others.
+    /// Nobody was placed, although machines were offered: this many of `free_seats` were held for others.
     std::size_t held = 0;
     std::size_t free_seats = 0;
 
@@ -357,13 +358,14 @@ struct Decision
 ///   by 0.3 a report, or at once when it is more than a session's worth. So noise does not decide who
 ///   is next, and a heavy world is believed immediately.
 /// - starting, as the machine counts them, and expected, what our reservations will still become.
-///   Machines of ours count everybody who ever came: their counters confirm a reservation without doubt,
+///   Our own machines count everybody who ever came: their counters confirm a reservation without doubt,
 ///   also of a browser that has left or whose start has failed, and who is not counted within three
 ///   eighths of `placement_timeout` does not come. Counters that fall are those of a machine that came
 ///   up anew. Without them a reservation is confirmed when a report counts more sessions or more starts
 ///   than the one before, and ends when it was not after `placement_timeout`; until then it counts with
-///   the probability that a browser unseen for so long comes at all: the actuary's estimate from those
-///   whose fate is known, 1 where everybody comes, and a half at least before a report can show it.
+///   the probability that a browser comes at all that has not been seen until now: the actuary's estimate
+///   from those whose fate is known, 1 where everybody comes, and a half at least before a report can show
+///   it.
 /// - cost, how much a session moves this machine's load: the slope of load against sessions, both
 ///   through one high-pass filter, by clipped least squares; towards the fleet's slope with a weight
 ///   that falls as machines are found to disagree (empirical Bayes); and where there are many sessions,
@@ -381,8 +383,8 @@ struct Decision
 /// 20 to 40 s before, as far as the load shows that somebody came: placements of which it shows no
 /// trace are taken for browsers that did not, not for sessions that cost nothing.
 ///
-/// Equal scores are served in turn, whoever was given a session longest ago first, beginning with a
-/// random order.
+/// Machines with equal scores take turns: first the one that was given a session longest ago, beginning with
+/// a random order.
 ///
 /// Other session servers on the same machines are seen too: sessions that arrive and are not ours, per
 /// second, times the time that an arrival stays unseen, are poured over the lowest scores as water
@@ -504,11 +506,11 @@ public:
     Refusal refusal_of(std::string_view server, TimePoint now,
                        std::vector<std::string> const& labels = {}) const;
 
-    /// Keeps so many of the free seats for place_held(), such as those of a class that is about to begin:
+    /// Keeps this many of the free seats for place_held(), such as those of a class that is about to begin:
     /// while no more are free, place() fails. 0, as at first, holds nothing. Replaces what was held before:
     /// pass the sum over all classes, less those students who were placed and are still there. More than is
-    /// free may be held: seats that become free are then held, too. No machine is set apart: whoever is
-    /// placed, by either function, goes where the policy says.
+    /// free may be held: seats that become free are then held, too. No machine is set apart: browsers
+    /// that are placed, by either function, go where the policy says.
     void hold(std::size_t seats) noexcept;
     /// As place(), for those for whom seats are held: refused only where no machine is offered.
     ///

@@ -70,8 +70,8 @@ struct SimulationLauncherParams
     /// network of their own are reached through sockets in there, and no port of the machine is opened for
     /// them. Empty: there is one for each, on all addresses.
     std::filesystem::path brokers;
-    /// Of each simulation. Who overruns one is ended, by the SimulationService. Default: none. With
-    /// containers Docker keeps them.
+    /// Of each simulation. A simulation that exceeds one is ended by the SimulationService. Default: none.
+    /// With containers Docker keeps them.
     ProcessLimits limits;
 };
 

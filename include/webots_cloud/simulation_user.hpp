@@ -1,4 +1,5 @@
-// Who runs simulators: another user than the server's, where the server is root, or has subordinate numbers.
+// The user that runs simulators: another user than the server's, where the server is root, or has subordinate
+// numbers.
 #pragma once
 
 #include <webots_cloud/export.hpp>

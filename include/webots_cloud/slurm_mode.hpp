@@ -63,7 +63,7 @@ public:
     /// not answer. The detail is a sentence for the operator.
     boost::asio::awaitable<result<>> open();
 
-    /// Asks Slurm again and again for the nodes and, while there are any, for the jobs; ends jobs of ours
+    /// Asks Slurm again and again for the nodes and, while there are any, for the jobs; ends our own jobs
     /// that nobody waits for.
     ///
     /// Precondition: `open` succeeded.

@@ -25,7 +25,7 @@ std::unique_ptr<HttpClient> make_http_client(boost::asio::any_io_executor execut
 
 /// WebSockets over Boost.Beast and OpenSSL, without compression. Another side that says nothing is pinged
 /// after 30 s; the connection is lost when it has said nothing for 60 s, or when what it said has not been
-/// received for so long. It has 5 s to take what is queued, and to answer, when a channel is closed.
+/// received for that time. It has 5 s to take what is queued, and to answer, when a channel is closed.
 ///
 /// `authorities`, `log`: as for `make_http_client`.
 std::unique_ptr<WebSocketClient> make_websocket_client(boost::asio::any_io_executor executor,

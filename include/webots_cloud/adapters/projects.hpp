@@ -20,7 +20,8 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// The part of the world's URL that names a branch is ignored: a plain folder is what it is.
 std::unique_ptr<ProjectSource> make_directory_source(std::filesystem::path folder);
 
-/// What all fetches of projects together may take: memory and disk. Who does not fit waits, or is refused.
+/// What all fetches of projects together may take: memory and disk. A fetch that does not fit waits, or is
+/// refused.
 class FetchBudget;
 
 /// In bytes. What is fetched already is not counted but for the memory that its index needs while it is used.

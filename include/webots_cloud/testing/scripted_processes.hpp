@@ -37,11 +37,11 @@ public:
         Script& stubborn();
         /// Listens on these ports instead.
         Script& listens(std::vector<std::uint16_t> ports);
-        /// Keeps so many percent of one processor busy all the time, and so much memory.
+        /// Keeps this share of one processor busy all the time, in percent, and this much memory.
         Script& consumes(double cpu_percent, std::uint64_t memory_bytes);
-        /// Keeps so many percent of one graphics processor busy all the time.
+        /// Keeps this share of one graphics processor busy all the time, in percent.
         Script& renders(double graphics_percent);
-        /// Has so many processes, all the time.
+        /// Has this many processes, all the time.
         Script& starts(std::uint64_t processes);
         /// The kernel kills one of its processes at the limit of memory.
         Script& loses_a_process_for_memory();

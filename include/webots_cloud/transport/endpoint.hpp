@@ -57,9 +57,9 @@ struct IncomingRequest
 };
 
 /// An open WebSocket, seen from either side: a server serves browsers on it (`Endpoint::serve_websocket`),
-/// and what a `WebSocketClient` has opened leads to another server. The peer is whoever is at its other end.
+/// and what a `WebSocketClient` has opened leads to another server. The peer is the program at its other end.
 ///
-/// Lifetime: a server's, while `Endpoint::serve_websocket` runs; a client's is destroyed by who opened it.
+/// Lifetime: a server's, while `Endpoint::serve_websocket` runs; a client's is destroyed by its owner.
 /// Thread-safety: one executor.
 class Channel
 {
@@ -148,7 +148,7 @@ struct Forward
 /// What to do with a request.
 using Answer = std::variant<HttpResponse, AcceptWebSocket, Forward>;
 
-/// Who opened a channel; owned copies, unlike `IncomingRequest`.
+/// The client that opened a channel; owned copies, unlike `IncomingRequest`.
 struct ChannelInfo
 {
     ChannelInfo() = default;

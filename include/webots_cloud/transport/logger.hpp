@@ -24,7 +24,7 @@ struct LogCause
     LogCause() = default;
     LogCause(std::string_view topic, std::string_view client = {}) : topic(topic), client(client) {}
 
-    std::string_view topic; ///< A constant of ours: lines of a topic count together, whatever they quote.
+    std::string_view topic; ///< A constant in our code: lines of a topic count together, whatever they quote.
     /// An address, or the number of a conversation. Empty: each line is about another client.
     std::string_view client;
 };

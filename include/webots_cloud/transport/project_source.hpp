@@ -20,7 +20,8 @@
 namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// How far a fetch is, for people: nothing is decided by it. Written by the source from any thread, read by
-/// whoever shows it. Sources that copy a folder, and websites', report `bytes_received` and `waiting` alone.
+/// the one that shows it. Sources that copy a folder, and websites', report `bytes_received` and `waiting`
+/// alone.
 ///
 /// The progress of several fetches can't be added up: fetches that share a download each see all of it, and
 /// `bytes_received` may begin again at 0. To count downloads, see HACKING.md ("A figure").
@@ -48,7 +49,7 @@ struct FetchLimits
     FetchLimits() = default;
 
     /// Two limits of the same size: bytes received, and bytes of all files on disk. Of a website, template
-    /// and zip may each have so many. 2 GiB.
+    /// and zip may each have this many. 2 GiB.
     std::uint64_t bytes = std::uint64_t{2} << 30;
     std::uint32_t files = 50'000; ///< On disk.
     /// For a fetch, of git for its look-up and its download apart; copies of folders have none.

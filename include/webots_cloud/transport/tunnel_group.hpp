@@ -12,7 +12,7 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What all tunnels to one simulation, say, share: their counts, a limit of their speed, and their end.
 ///
-/// Lifetime: made with std::make_shared, since every tunnel holds it. Who lets go of it ends no tunnel:
+/// Lifetime: made with std::make_shared, since every tunnel holds it. Letting go of it ends no tunnel:
 /// `close` does.
 /// Thread-safety: one executor.
 class TunnelGroup
