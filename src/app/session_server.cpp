@@ -1,3 +1,5 @@
+// Composition of the session server: makes the parts from the configuration, connects them and runs them
+// until one ends. At SIGHUP each part that has an `apply` gets its share of the configuration anew.
 #include "async/first_of.hpp"
 #include "core/base64.hpp"
 #include "core/discovery/machine_name.hpp"

@@ -1,3 +1,7 @@
+// Composition of the simulation server: first finds out what this machine can do (user, sandbox, display,
+// limits), which needs rights that are given up afterwards, then makes the parts from the configuration,
+// connects them and runs them until one ends. Functions above `serve_simulations` translate: configuration
+// into parameters, findings into lines for the operator.
 #include "async/first_of.hpp"
 #include "core/config/state_folder.hpp"
 #include "core/docker/docker_leftovers.hpp"

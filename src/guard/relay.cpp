@@ -1,3 +1,6 @@
+// The program's port is in a network of its own; here connections from outside are passed into it, or sockets
+// that are connected inside are handed out to the server. Runs as a process beside the program, with poll
+// alone: it must stay small and must not fail.
 #include "relay.hpp"
 
 #include "descriptor.hpp"

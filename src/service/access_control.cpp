@@ -1,3 +1,6 @@
+// Checks in the order in which they can refuse: the name of the host, the page that a WebSocket comes from,
+// and for the monitor the client's address and password, with a limit on guesses. What passes goes to the
+// service behind. The rules themselves are in core/access/site_access.
 #include <webots_cloud/access_control.hpp>
 
 #include "core/access/guess_limit.hpp"

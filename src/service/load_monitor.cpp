@@ -1,3 +1,5 @@
+// One task for each machine polls it on its own schedule, so that a slow one delays no other. What an answer
+// or a failure means is decided by core/load; changes are kept until somebody takes them (`next_events`).
 #include <webots_cloud/load_monitor.hpp>
 
 #include "async/cancellation.hpp"

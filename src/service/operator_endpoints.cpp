@@ -1,3 +1,6 @@
+// Everything that a simulation server tells about itself. The machine is measured once a second (`measure`),
+// and pages are made from the last measurement when somebody asks, so that a crowd of watchers costs no more
+// than one.
 #include "operator_endpoints.hpp"
 
 #include "async/cancellation.hpp"

@@ -1,3 +1,7 @@
+// The session server from above: a table of paths (`routes`) leads to the functions that answer, all of them
+// from memory. What is known of machines is spread over the parts that need it (LoadMonitor, Scheduler,
+// ClientRelay, SessionBoard, MachinePaths, ForwardingTable); `put_server` and `remove_server` keep them in
+// step. Waiting browsers are client_relay.cpp's, classes class_endpoint.cpp's.
 #include <webots_cloud/session_service.hpp>
 
 #include "async/first_of.hpp"

@@ -1,3 +1,6 @@
+// Starts simulators on ports of a pool and turns what they print and do into events. When a simulator counts
+// as ready, idle or overdue is decided by core/simulation/simulator_state; what differs between programs,
+// containers and jobs is behind SimulatorRuntime.
 #include <webots_cloud/simulation_launcher.hpp>
 
 #include "async/cancellation.hpp"

@@ -1,3 +1,6 @@
+// The simulation server from above: who is on /client, which sessions there are, and what else is asked. A
+// browser gets a SimulationSession, which does the rest; the pages for operators are
+// operator_endpoints.cpp's.
 #include <webots_cloud/simulation_service.hpp>
 
 #include "async/deadline.hpp"

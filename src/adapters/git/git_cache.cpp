@@ -1,3 +1,6 @@
+// Fetched folders, kept by what they are (commit and folder), so that a start whose ref still means the same
+// commit costs a checkout alone. What is on disk may be damaged or half gone at any time: each entry has an
+// index and is checked against it before it is used. The oldest go when there are too many bytes.
 #include "git_cache.hpp"
 
 #include "adapters/files/own_folder.hpp"

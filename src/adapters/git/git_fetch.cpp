@@ -1,3 +1,5 @@
+// Carries out the steps of core/git/git_fetch_plan, which decides what follows from what; here are the
+// requests, files and limits of each step.
 #include "git_fetch.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,6 @@
+// Replaces the pointers of a checkout by the large files that they stand for. A stranger's LFS server says
+// where these are: every address is checked (`check_lfs_address`) before anything is asked there, and what
+// arrives is paid for in the budget of all fetches and compared with the digest in the pointer.
 #include "git_lfs.hpp"
 
 #include "adapters/files/folder_walk.hpp"

@@ -1,3 +1,6 @@
+// Requests of one connection, one after the other: read, name the client (trusted proxies may say who it is),
+// count it, ask the Endpoint, give its answer. Each wait has a deadline. A WebSocket leaves by `Outcome` and
+// goes on in websocket_channel.cpp; what an Endpoint forwards goes on in tunnel.cpp.
 #include "http_connection.hpp"
 
 #include "core/simulation/gateway_address.hpp"

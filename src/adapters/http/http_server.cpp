@@ -1,3 +1,6 @@
+// Accepts connections, and shares what there is of descriptors and memory among clients: when there is no
+// more room, the one goes that can be spared most easily. Handshakes take turns by client
+// (core/access/fair_queue). Nothing here reads HTTP; that is http_connection.cpp.
 #include "acceptor.hpp"
 #include "address_space.hpp"
 #include "async/cancellation.hpp"

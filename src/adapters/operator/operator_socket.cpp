@@ -1,3 +1,6 @@
+// The operator gives commands over a Unix socket, where the kernel says which user and process asks: the
+// server's own user or root, but no descendant of the server, since those are simulations. See
+// docs/decisions/008-who-is-the-operator.md.
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/http/http_response_text.hpp"
 #include "adapters/http/parse_message.hpp"

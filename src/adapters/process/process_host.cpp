@@ -1,3 +1,7 @@
+// Starts each program under a guard (src/guard), which is told by a byte, or by the end of our socket, to end
+// the whole tree; so a process that we have lost sight of can't outlive us. Whatever may block (starting,
+// measuring, looking for ports) runs on other threads, and events arrive here. Why so:
+// docs/decisions/005-guard.md and 009-boost-process.md.
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/threads/blocking_pool.hpp"
 #include "async/cancellation.hpp"

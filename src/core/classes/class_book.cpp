@@ -1,3 +1,6 @@
+// The classes as plain data with rules: every message of a teacher or student changes the book, and `obey`
+// returns what is to be said to whom. Nothing waits here; class_endpoint.cpp has the sockets, and calls
+// `expire` as time passes.
 #include "class_book.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,6 @@
+// A configuration is read to its end whatever is wrong with it, so that all faults are told at once, in the
+// order of the file. Values are taken by the rows of the tables of keys; what rows can't say is asked
+// afterwards (config_rules.cpp and the two parsers).
 #include "config_reader.hpp"
 
 #include "core/text.hpp"

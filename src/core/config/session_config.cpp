@@ -1,3 +1,5 @@
+// The session server's configuration beyond its table of keys: the entries of machines, keys that need or
+// exclude each other, values that follow from others, and warnings about what is allowed but seldom meant.
 #include <webots_cloud/config.hpp>
 
 #include "config_rules.hpp"

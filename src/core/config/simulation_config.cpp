@@ -1,3 +1,6 @@
+// The simulation server's configuration beyond its table of keys: values with shapes of their own (forges,
+// launcher), keys that need or exclude each other, values that follow from others, and warnings about what is
+// allowed but seldom meant.
 #include <webots_cloud/config.hpp>
 
 #include "config_rules.hpp"

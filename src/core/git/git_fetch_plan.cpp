@@ -1,3 +1,6 @@
+// A small state machine without input or output: each outcome of a step leads to the next step or to the end.
+// Servers differ in protocol version and filters, and fail in many ways, so each path is tested as a list of
+// outcomes. git_fetch.cpp carries it out.
 #include "git_fetch_plan.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,6 @@
+// Reconciles two truths about a machine: what we placed there and what it reports, seconds later. A placement
+// counts as a reservation until a report includes it or it runs out; what a session costs is learned from how
+// reports change. The model and its figures are in docs/scheduling.md.
 #include "placement_machine.hpp"
 
 #include <algorithm>

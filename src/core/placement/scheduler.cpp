@@ -1,3 +1,6 @@
+// The public face of placement: validates parameters, asks the Fleet (placement_fleet.cpp) for candidates,
+// lets a policy choose, and keeps the log of decisions. Plain data without clock or task, so that simulations
+// replay it a million times.
 #include <webots_cloud/scheduler.hpp>
 
 #include "core/machine_labels.hpp"

@@ -1,3 +1,6 @@
+// Judges what will be fetched, not how its address is written: rule and world are taken apart into the same
+// segments first. A rule that allows has to fit surely; one that blocks has to fit every way to write the
+// same thing.
 #include "repository_policy.hpp"
 
 #include "core/git/git_object_id.hpp"
