@@ -134,6 +134,7 @@ void SimulationService::Impl::set_policy()
                       core::judge_outside_projects(params.walls, !repositories.allowed.empty())};
     context.admission.set_max_simulations_per_client(
         static_cast<std::size_t>(params.config.simulations_per_address));
+    context.worlds.set_max(static_cast<std::size_t>(params.config.simulations_per_world));
     for (auto const& [id, session] : sessions)
         session->limit_traffic();
 }

@@ -522,11 +522,10 @@ result<> SimulationSession::take_place()
 {
     using Verdict = core::Admission::Verdict;
     if (auto const* start = std::get_if<core::StartMessage>(&request_)) {
-        auto const most = context_.params.config.simulations_per_world;
-        context_.worlds.set_max(static_cast<std::size_t>(most));
         if (context_.worlds.admit(start->url, world_place_) != core::ClientLimit::Verdict::admitted)
-            return Failure(errc::unavailable, concat("This world runs here as often as this server allows (",
-                                                     std::to_string(most), "). Please try again later."));
+            return Failure(errc::unavailable,
+                           concat("This world runs here as often as this server allows (",
+                                  std::to_string(context_.worlds.max()), "). Please try again later."));
     }
     auto& admission = context_.admission;
     auto const verdict = admission.admit(quota_key_, place_);

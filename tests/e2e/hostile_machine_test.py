@@ -7,7 +7,6 @@ import http.server
 import json
 import os
 import sys
-import threading
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
@@ -15,6 +14,7 @@ from support.browser import BROWSER, open_browser, run_first  # noqa: E402
 from support.browser_client import LOCAL  # noqa: E402
 from support.name_server import NameServer  # noqa: E402
 from support.ports import free_port  # noqa: E402
+from support.served import Served  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
 PASSWORD = "sesame"
@@ -66,7 +66,7 @@ XHTML = "<html xmlns='http://www.w3.org/1999/xhtml'><body><script>window.attack 
 PARTS = ("--b\r\nContent-Type: text/html\r\n\r\n<body><script>window.attack = async () => ({origin: self.origin})</script></body>\r\n--b--\r\n")
 
 
-class HostileMachine:
+class HostileMachine(Served):
     """A simulation server that answers its polls, and browsers as it likes."""
 
     # What it says of its pages could only take from them, but let it try to give.
@@ -109,14 +109,6 @@ class HostileMachine:
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self.server.daemon_threads = True
         self.port = self.server.server_port
-
-    def __enter__(self):
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
-        return self
-
-    def __exit__(self, *_):
-        self.server.shutdown()
-        self.server.server_close()
 
 
 def entry(port, session, **more):

@@ -17,6 +17,7 @@ from support.browser import (accessibility_findings, console_messages, disable_s
                              screenshot)  # noqa: E402
 from support.forwarded_socket import forwarded  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
+from support.served import Served  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
 try:
@@ -29,7 +30,7 @@ LOCAL = {"forges": [{"url": "local:", "directory": os.path.dirname(os.path.abspa
          "allowedRepositories": ["local:/demo_projects"]}
 
 
-class FakeSimulationServer:
+class FakeSimulationServer(Served):
     """Answers GET /load with whatever the test says; None: with an error."""
 
     def __init__(self, load):
@@ -53,14 +54,6 @@ class FakeSimulationServer:
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self.server.daemon_threads = True
         self.address = f"127.0.0.1:{self.server.server_port}"
-
-    def __enter__(self):
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
-        return self
-
-    def __exit__(self, *_):
-        self.server.shutdown()
-        self.server.server_close()
 
 
 def shot(browser, name):

@@ -23,6 +23,7 @@ from support import own_network  # noqa: E402
 from support.browser_client import LOCAL  # noqa: E402
 from support.certificates import Authority, self_signed  # noqa: E402
 from support.ports import free_port  # noqa: E402
+from support.served import Served  # noqa: E402
 from support.servers import SimulationServer, main, wait_until  # noqa: E402
 
 CONFIG = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config")
@@ -168,7 +169,7 @@ class Peer(http.server.BaseHTTPRequestHandler):
         pass
 
 
-class Machine:
+class Machine(Served):
     """Answers /load, by TLS or without; `names` as its certificate has them."""
 
     def __init__(self, pair=None):
@@ -180,14 +181,6 @@ class Machine:
             context.load_cert_chain(*pair)
             self.server.socket = context.wrap_socket(self.server.socket, server_side=True, do_handshake_on_connect=False)
         self.server.handle_error = lambda *_: None
-
-    def __enter__(self):
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
-        return self
-
-    def __exit__(self, *_):
-        self.server.shutdown()
-        self.server.server_close()
 
 
 class WhomItTrusts(Site):

@@ -11,6 +11,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud::core {
@@ -64,47 +66,29 @@ std::string value_text(ConfigKey const& key, std::optional<Value> const& value)
     return value ? value_text(key, *value) : std::string();
 }
 
-// The type of a key whose value has a C++ type.
-constexpr KeyType type_of(bool const*)
-{
-    return KeyType::boolean;
-}
-constexpr KeyType type_of(int const*)
-{
-    return KeyType::integer;
-}
-constexpr KeyType type_of(std::uint16_t const*)
-{
-    return KeyType::integer;
-}
-constexpr KeyType type_of(std::uint64_t const*)
-{
-    return KeyType::number;
-}
-constexpr KeyType type_of(double const*)
-{
-    return KeyType::number;
-}
-constexpr KeyType type_of(Duration const*)
-{
-    return KeyType::number;
-}
-constexpr KeyType type_of(std::string const*)
-{
-    return KeyType::text;
-}
-constexpr KeyType type_of(std::filesystem::path const*)
-{
-    return KeyType::path;
-}
-constexpr KeyType type_of(std::vector<std::string> const*)
-{
-    return KeyType::texts;
-}
 template<class Value>
-constexpr KeyType type_of(std::optional<Value> const*)
+inline constexpr bool is_optional = false;
+template<class Value>
+inline constexpr bool is_optional<std::optional<Value>> = true;
+
+/// The type of a key whose value has this C++ type.
+template<class Value>
+constexpr KeyType type_of()
 {
-    return type_of(static_cast<Value const*>(nullptr));
+    if constexpr (is_optional<Value>)
+        return type_of<typename Value::value_type>();
+    else if constexpr (std::is_same_v<Value, bool>)
+        return KeyType::boolean;
+    else if constexpr (std::is_same_v<Value, int> || std::is_same_v<Value, std::uint16_t>)
+        return KeyType::integer;
+    else if constexpr (std::is_same_v<Value, std::string>)
+        return KeyType::text;
+    else if constexpr (std::is_same_v<Value, std::filesystem::path>)
+        return KeyType::path;
+    else if constexpr (std::is_same_v<Value, std::vector<std::string>>)
+        return KeyType::texts;
+    else
+        return KeyType::number;
 }
 
 /// The way from a struct to a member, or to a member of a member.
@@ -152,8 +136,7 @@ inline constexpr KeyValue typed{
 
 /// Kept in a member whose type says that of the key.
 template<auto... path>
-inline constexpr KeyValue member =
-    typed<type_of(static_cast<typename MemberPath<path...>::Value const*>(nullptr)), path...>;
+inline constexpr KeyValue member = typed<type_of<typename MemberPath<path...>::Value>(), path...>;
 
 /// A string, with control characters too: see `read_any_text`.
 template<auto... path>
