@@ -55,7 +55,7 @@ core::DisplayChoice wanted_display(SimulationConfig const& config)
 asio::awaitable<result<ChosenDisplay>> choose_display(SimulationConfig const& config,
                                                       SandboxParams const& sandbox, fs::path guard,
                                                       fs::path state, ProcessHost& processes, Clock& clock,
-                                                      Logger log)
+                                                      Remarks& remarks)
 {
     ChosenDisplay chosen;
     if (config.docker)
@@ -63,7 +63,7 @@ asio::awaitable<result<ChosenDisplay>> choose_display(SimulationConfig const& co
     auto const wanted = wanted_display(config);
     if (wanted.kind == Kind::none) {
         chosen.description = "none";
-        log.info("Simulations have no display, as \"display\" says: Webots may not start without one.");
+        remarks.note("Simulations have no display, as \"display\" says: Webots may not start without one.");
         co_return chosen;
     }
     if (wanted.kind == Kind::own) {
@@ -74,8 +74,8 @@ asio::awaitable<result<ChosenDisplay>> choose_display(SimulationConfig const& co
         if (works) {
             chosen.own = std::move(own);
             chosen.description = "private (Xvfb)";
-            log.info(concat("Each simulation has a virtual display of its own (", chosen.own.server.native(),
-                            "), which draws without graphics processors."));
+            remarks.note(concat("Each simulation has a virtual display of its own (",
+                                chosen.own.server.native(), "), which draws without graphics processors."));
             co_return chosen;
         }
         if (works.error().code() == asio::error::operation_aborted)
@@ -83,12 +83,12 @@ asio::awaitable<result<ChosenDisplay>> choose_display(SimulationConfig const& co
         if (wanted.is_configured)
             co_return Failure(errc::start_failed, concat("\"display\": \"private\" does not work here: ",
                                                          works.error().message(), " (docs/sandboxes.md)"));
-        log.warning(concat("There is no display, and simulations can't have virtual ones of their own: ",
-                           works.error().message(), " (docs/sandboxes.md)."));
+        remarks.warn(concat("There is no display, and simulations can't have virtual ones of their own: ",
+                            works.error().message(), " (docs/sandboxes.md)."));
     }
     chosen.name = wanted.name.empty() ? std::string(usual_display) : wanted.name;
     chosen.description = concat(chosen.name, ", shared by all");
-    log.info(concat("All simulations draw on the display ", core::printable(chosen.name, 100), "."));
+    remarks.note(concat("All simulations draw on the display ", core::printable(chosen.name, 100), "."));
     co_return chosen;
 }
 

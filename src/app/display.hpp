@@ -1,10 +1,11 @@
 // Which display simulators draw on, on this machine.
 #pragma once
 
+#include "remarks.hpp"
+
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/private_display.hpp>
 #include <webots_cloud/sandbox.hpp>
-#include <webots_cloud/transport/logger.hpp>
 
 #include "core/simulation/display_choice.hpp"
 
@@ -28,9 +29,10 @@ struct ChosenDisplay
 };
 
 /// Does what the key `display` says, and tries whether it works. `state` is an existing folder of ours.
+/// Lifetime: what is passed by reference must outlive the operation.
 /// Errors: `start_failed`: private displays, for which the operator has asked, do not work here.
 boost::asio::awaitable<result<ChosenDisplay>>
 choose_display(SimulationConfig const& config, SandboxParams const& sandbox, std::filesystem::path guard,
-               std::filesystem::path state, ProcessHost& processes, Clock& clock, Logger log);
+               std::filesystem::path state, ProcessHost& processes, Clock& clock, Remarks& remarks);
 
 } // namespace webots_cloud::app

@@ -214,7 +214,7 @@ asio::awaitable<result<>> check(SandboxParams const& sandbox, SandboxContext con
 } // namespace
 
 ContainerNetwork choose_container_network(SimulationConfig const& config, fs::path const& state,
-                                          Logger const& log)
+                                          Remarks& remarks)
 {
     ContainerNetwork chosen;
     chosen.description = "Docker, network of Docker";
@@ -229,7 +229,7 @@ ContainerNetwork choose_container_network(SimulationConfig const& config, fs::pa
     else if (network)
         written = write_file(rules, core::internet_only_rules(own_ipv4_addresses()));
     if (!network || !written) {
-        log.warning(
+        remarks.warn(
             concat("Containers reach all that Docker's own networks reach, services of this machine and "
                    "private networks among it: ",
                    (network ? written.error() : network.error()).message(), " (docs/docker.md)."));
@@ -243,7 +243,7 @@ ContainerNetwork choose_container_network(SimulationConfig const& config, fs::pa
 }
 
 asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& config, SandboxContext context,
-                                                      ProcessHost& processes, Clock& clock, Logger log)
+                                                      ProcessHost& processes, Clock& clock, Remarks& remarks)
 {
     ChosenSandbox chosen;
     if (config.docker) {
@@ -252,7 +252,7 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
         co_return chosen;
     }
     if (config.sandbox == "none") {
-        log.warning(
+        remarks.warn(
             concat("Simulations run without a sandbox, as \"sandbox\" says: each of them can read what ",
                    who_reads_as(context.user),
                    " can read, and reach what this server reaches (docs/sandboxes.md)."));
@@ -277,7 +277,7 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
             assembled->user = SimulationUser();
             auto const of_root = co_await check(*assembled, context, processes, clock);
             if (of_root)
-                log.warning(
+                remarks.warn(
                     concat("Simulations run as ", ::geteuid() == 0 ? "root" : "this server's own user",
                            " in the sandbox, since another user can't make it: ", works.error().message(),
                            " (docs/sandboxes.md, \"Another user\")."));
@@ -289,9 +289,9 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
             chosen.walls.sandbox = name;
             chosen.walls.by_name = config.sandbox == name;
             chosen.description = concat(name, ", ", describe(chosen.params.network.reach));
-            log.info(concat("Simulations run in a sandbox: ", chosen.description, "."));
+            remarks.note(concat("Simulations run in a sandbox: ", chosen.description, "."));
             if (!reasons.empty())
-                log.warning(concat("Not in the stronger one: ", reasons, " (docs/sandboxes.md)."));
+                remarks.warn(concat("Not in the stronger one: ", reasons, " (docs/sandboxes.md)."));
             co_return chosen;
         }
         if (works.error().code() == asio::error::operation_aborted)
@@ -309,7 +309,7 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
     chosen.warning =
         concat("Simulations run without a sandbox, and can read what ", who_reads_as(context.user),
                " can read, and reach what this server reaches: ", reasons, " (docs/sandboxes.md).");
-    log.warning(chosen.warning);
+    remarks.warn(chosen.warning);
     co_return chosen;
 }
 

@@ -1,10 +1,11 @@
 // Which sandbox simulations get on this machine.
 #pragma once
 
+#include "remarks.hpp"
+
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/sandbox.hpp>
 #include <webots_cloud/simulation_walls.hpp>
-#include <webots_cloud/transport/logger.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -46,12 +47,13 @@ struct ContainerNetwork
 
 /// `state` is an existing folder of ours. Where the network can't be made, it is Docker's, with a warning.
 ContainerNetwork choose_container_network(SimulationConfig const& config, std::filesystem::path const& state,
-                                          Logger const& log);
+                                          Remarks& remarks);
 
 /// Does what the keys `sandbox` and `network` say, and tries whether it holds.
+/// Lifetime: all but `context` must outlive the operation.
 /// Errors: `start_failed`: the sandbox that the operator asked for by name does not work here.
 boost::asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& config,
                                                              SandboxContext context, ProcessHost& processes,
-                                                             Clock& clock, Logger log);
+                                                             Clock& clock, Remarks& remarks);
 
 } // namespace webots_cloud::app

@@ -232,7 +232,7 @@ asio::awaitable<result<ChosenUser>> choose_for_others_than_root(SimulationConfig
 
 asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig const& config,
                                                            SandboxContext context, ProcessHost& processes,
-                                                           Clock& clock, Logger log)
+                                                           Clock& clock, Remarks& remarks)
 {
     ChosenUser chosen;
     chosen.is_elsewhere = config.docker || config.slurm.has_value(); // jobs are this server's user's
@@ -260,8 +260,8 @@ asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig cons
                           concat("\"simulationUser\": \"", config.simulation_user,
                                  "\" does not work here: ", works.error().message(), see));
     if (!works) {
-        log.warning(concat("No other user can be had for simulations, and they run as root: ",
-                           works.error().message(), see, "."));
+        remarks.warn(concat("No other user can be had for simulations, and they run as root: ",
+                            works.error().message(), see, "."));
         chosen.problem = works.error().message();
         co_return chosen;
     }
@@ -310,17 +310,17 @@ std::string_view shared_user_risk(ChosenUser const& chosen, SimulationUser const
     return chosen.is_elsewhere ? std::string_view() : core::shared_user_risk(user);
 }
 
-void tell_user(ChosenUser const& chosen, SimulationUser const& user, Logger const& log)
+void remark_on_user(ChosenUser const& chosen, SimulationUser const& user, Remarks& remarks)
 {
     if (auto const risk = shared_user_risk(chosen, user); !risk.empty()) {
         auto const own = ::geteuid() == 0 ? "root" : "this server's own user";
         auto const why = chosen.problem.empty() ? "" : concat(". For other users: ", chosen.problem, see);
-        log.warning(concat("Simulations run as ", own, why, ". Each of them ", risk));
+        remarks.warn(concat("Simulations run as ", own, why, ". Each of them ", risk));
     }
     if (user.kind == SimulationUser::Kind::one)
-        log.info(concat("Simulations run as the user ", user.name, "."));
+        remarks.note(concat("Simulations run as the user ", user.name, "."));
     if (user.kind == SimulationUser::Kind::of_its_own)
-        log.info("Simulations run as other users than this server, each with a number of its own.");
+        remarks.note("Simulations run as other users than this server, each with a number of its own.");
 }
 
 } // namespace webots_cloud::app

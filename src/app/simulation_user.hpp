@@ -25,11 +25,12 @@ struct ChosenUser
 /// Does what the key `simulationUser` says, and tries whether it works: the user must reach Webots, and be
 /// kept from the server. Where nobody asked for a user and it does not work, simulations run as the server's,
 /// with a warning where that is root.
+/// Lifetime: all but `context` must outlive the operation.
 /// Errors: `start_failed`: the user that the operator asked for can't be had.
 boost::asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig const& config,
                                                                   SandboxContext context,
                                                                   ProcessHost& processes, Clock& clock,
-                                                                  Logger log);
+                                                                  Remarks& remarks);
 
 /// Removes what simulations of an earlier server have left, with the rights of the users whose it is: before
 /// the service starts. `subordinate`: null: they are tried. What can't be removed is told the operator.
@@ -46,8 +47,7 @@ std::string describe_user(ChosenUser const& chosen, SimulationUser const& user);
 /// nothing.
 std::string_view shared_user_risk(ChosenUser const& chosen, SimulationUser const& user);
 
-/// Writes into the log who runs simulations, as `describe_user` says; and what that means, where it is the
-/// server's user.
-void tell_user(ChosenUser const& chosen, SimulationUser const& user, Logger const& log);
+/// Who runs simulations, as `describe_user` says; and what that means, where it is the server's user.
+void remark_on_user(ChosenUser const& chosen, SimulationUser const& user, Remarks& remarks);
 
 } // namespace webots_cloud::app

@@ -1,11 +1,11 @@
 # What the scripts share that make a Debian of their own.
 # shellcheck shell=bash
 
-# The package server that this machine itself uses.
+# mirror [LABEL]: the package server that this machine itself uses, for Debian or for Debian-Security.
 mirror()
 {
     # shellcheck disable=SC2016 # apt's own placeholder
-    apt-get indextargets 'Identifier: Packages' 'Label: Debian' --format '$(REPO_URI)' | sed -n 1p
+    apt-get indextargets 'Identifier: Packages' "Label: ${1-Debian}" --format '$(REPO_URI)' | sed -n 1p
 }
 
 # The release of Debian that this machine itself runs: bookworm.
@@ -29,6 +29,9 @@ make_bare_debian()
 {
     debootstrap --variant=minbase ${3:+"--include=$3"} "$1" "$2" "$(mirror)" >"$2.log" 2>&1 || { tail "$2.log" && exit 1; }
     rm "$2.log"
+    local security
+    security=$(mirror Debian-Security)
+    [[ -z $security ]] || echo "deb $security $1-security main" >"$2/etc/apt/sources.list.d/security.list" # as where Debian was installed
     cp --dereference /etc/resolv.conf /etc/hosts "$2/etc/"
     [[ -z ${NODE_EXTRA_CA_CERTS-} ]] || cp --dereference "$NODE_EXTRA_CA_CERTS" "$2$authorities"
 }

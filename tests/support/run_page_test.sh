@@ -18,6 +18,8 @@ program=/usr/bin/${WEBOTS_CLOUD_BROWSER/%firefox/firefox-esr}
 /usr/bin/python3 -c 'import websockets' 2>/dev/null || skip "websockets is missing (package python3-websockets)"
 if [[ $WEBOTS_CLOUD_BROWSER == firefox ]]; then # it draws with WebGL where there is an X server only
     command -v xvfb-run >/dev/null || skip "xvfb-run is missing (package xvfb)"
+    version=$(HOME=/tmp "$program" --version 2>/dev/null | grep -oE '[0-9]+' | head -n 1)
+    [[ ${version:-0} -gt 140 ]] || skip "Playwright drives no Firefox as old as ${version:-this}: install that of Debian's security updates"
     exec xvfb-run --auto-servernum node ${3:+"--test-name-pattern=$3"} "$1"
 fi
 exec node "$1"

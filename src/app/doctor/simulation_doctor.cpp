@@ -2,14 +2,12 @@
 #include "doctors.hpp"
 #include "service_view.hpp"
 
-#include "app/display.hpp"
 #include "app/environment.hpp"
-#include "app/sandbox.hpp"
+#include "app/machine_trial.hpp"
 #include "app/simulation_folders.hpp"
-#include "app/simulation_user.hpp"
+#include "app/simulation_machine.hpp"
 #include "core/doctor/network_findings.hpp"
 #include "core/doctor/simulation_findings.hpp"
-#include "core/simulation/isolation.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
@@ -74,26 +72,6 @@ private:
     fs::path path_;
 };
 
-/// What the server would write into its log.
-struct Remarks
-{
-    std::shared_ptr<std::vector<std::string>> warnings = std::make_shared<std::vector<std::string>>();
-
-    Logger logger() const
-    {
-        return Logger([into = warnings](LogLevel, std::string_view line) { into->emplace_back(line); },
-                      LogLevel::warning);
-    }
-
-    std::vector<std::string> take() const { return std::exchange(*warnings, {}); }
-};
-
-result<core::SimulatorChoice> find_simulator(SimulationConfig const& config, fs::path const& programs)
-{
-    return core::choose_simulator(absolute_path(config.webots_home),
-                                  absolute_path(app::environment("WEBOTS_HOME")), programs, app::is_program);
-}
-
 core::Finding simulator_finding(result<core::SimulatorChoice> const& choice)
 {
     if (!choice)
@@ -125,90 +103,25 @@ core::Finding graphics_finding()
     return core::judge_graphics(reading);
 }
 
-core::Finding attempt_finding(std::string_view subject, std::string_view key, std::string description,
-                              std::vector<std::string> warnings)
-{
-    core::AttemptReading reading;
-    reading.description = std::move(description);
-    reading.warnings = std::move(warnings);
-    return core::judge_attempt(subject, key, reading);
-}
-
-/// `user`: who runs simulations, `chosen` or, since the sandbox did not work so, another one.
-core::Finding user_finding(app::ChosenUser const& chosen, SimulationUser const& user,
-                           std::vector<std::string> warnings)
-{
-    if (auto const risk = app::shared_user_risk(chosen, user); !risk.empty())
-        warnings.push_back(concat("each of them ", risk));
-    return attempt_finding("user", "\"simulationUser\"",
-                           concat("simulations run as ", app::describe_user(chosen, user)),
-                           std::move(warnings));
-}
-
-core::Finding isolation_finding(std::string const& warning)
-{
-    std::vector<std::string> warnings;
-    if (!warning.empty())
-        warnings.push_back(warning);
-    return attempt_finding("processes", "the kernel's settings",
-                           warning.empty() ? "simulations are kept apart" : "simulations are not kept apart",
-                           std::move(warnings));
-}
-
-/// The user, the sandbox and the display depend on each other.
-CheckWork check_walls(SimulationConfig config, fs::path programs, core::SimulatorChoice choice, Clock& clock)
+/// Tries what the start of the server tries.
+CheckWork check_machine(SimulationConfig config, fs::path programs, fs::path simulator, Clock& clock)
 {
     Findings findings;
     TemporaryFolder const folder;
-    auto const guard = programs / "webots-process-guard";
-    if (folder.path().empty() || !app::is_program(guard)) {
+    app::TrialContext context;
+    context.guard = programs / "webots-process-guard";
+    if (folder.path().empty() || !app::is_program(context.guard)) {
         findings.emplace_back(Verdict::fault, "sandbox",
                               folder.path().empty() ? "there is no room for temporary files"
-                                                    : concat("there is no program ", guard.string()),
+                                                    : concat("there is no program ", context.guard.string()),
                               "No simulation starts without it: make room, or install it with the server.");
         co_return findings;
     }
-    auto const processes = make_process_host(co_await asio::this_coro::executor, guard);
-    Remarks remarks;
-    app::SandboxContext context;
-    context.simulator = choice.program;
-    context.guard = guard;
+    context.simulator = std::move(simulator);
     context.state = folder.path();
-    auto const user =
-        co_await app::choose_simulation_user(config, context, *processes, clock, remarks.logger());
-    if (!user) {
-        findings.push_back(core::judge_attempt("user", "\"simulationUser\"", user.error()));
-        co_return findings;
-    }
-    auto const about_user = remarks.take();
-    context.user = user->user;
-    auto const sandbox = co_await app::choose_sandbox(config, context, *processes, clock, remarks.logger());
-    findings.push_back(user_finding(*user, sandbox ? sandbox->params.user : user->user, about_user));
-    if (!sandbox) {
-        findings.push_back(core::judge_attempt("sandbox", "\"sandbox\"", sandbox.error()));
-        co_return findings;
-    }
-    findings.push_back(attempt_finding("sandbox", "\"sandbox\"", sandbox->description, remarks.take()));
-    auto const display = co_await app::choose_display(config, sandbox->params, guard, context.state,
-                                                      *processes, clock, remarks.logger());
-    if (!display)
-        findings.push_back(core::judge_attempt("display", "\"display\"", display.error()));
-    else
-        findings.push_back(attempt_finding("display", "\"display\"", display->description, remarks.take()));
-    co_return findings;
-}
-
-CheckWork check_isolation(fs::path guard, Clock& clock)
-{
-    std::vector<fs::path> const nothing_read_only;
-    auto const answer = co_await probe_guard(std::move(guard), nothing_read_only, clock);
-    auto const isolation = answer ? core::parse_isolation(*answer) : result<core::Isolation>(answer.error());
-    Findings findings;
-    if (isolation)
-        findings.push_back(isolation_finding(core::isolation_warning(*isolation)));
-    else
-        findings.push_back(core::judge_attempt("processes", "the kernel's settings", isolation.error()));
-    co_return findings;
+    auto const processes = make_process_host(co_await asio::this_coro::executor, context.guard);
+    auto trial = co_await app::try_machine(config, std::move(context), *processes, clock);
+    co_return std::move(trial.findings);
 }
 
 /// Webots draws with OpenGL. What computes that is seen with the program of mesa-utils, and on a screen that
@@ -260,27 +173,11 @@ CheckWork check_web_server(std::string url, Judge judge)
 
 namespace app {
 
-Findings wall_findings(SimulationConfig const& config, result<core::SimulatorChoice> const& choice)
+Findings simulator_findings(SimulationConfig const& config, result<core::SimulatorChoice> const& choice)
 {
     if (config.docker)
         return {};
     return {simulator_finding(choice), graphics_finding()};
-}
-
-Findings wall_findings(ChosenUser const& user, ChosenSandbox const& sandbox, ChosenDisplay const& display,
-                       std::string const& isolation_warning, std::string const& unkept_limits)
-{
-    std::vector<std::string> warnings;
-    if (!sandbox.warning.empty())
-        warnings.push_back(sandbox.warning);
-    else if (sandbox.walls.sandbox.empty()) // as "sandbox" says
-        warnings.emplace_back("each of them can read what this server can read (docs/sandboxes.md).");
-    Findings findings{isolation_finding(isolation_warning), user_finding(user, sandbox.params.user, {}),
-                      attempt_finding("sandbox", "\"sandbox\"", sandbox.description, std::move(warnings)),
-                      attempt_finding("display", "\"display\"", display.description, {})};
-    if (!unkept_limits.empty())
-        findings.push_back(core::judge_limits(unkept_limits));
-    return findings;
 }
 
 CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, Findings walls,
@@ -307,12 +204,11 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
         checks.emplace_back("slurm",
                             check_slurm(copies.empty() ? app::state_folders(config).front().path : copies));
     }
-    auto const choice = find_simulator(config, programs);
     if (!viewpoint.is_server && !config.docker) {
-        checks.emplace_back("processes", check_isolation(programs / "webots-process-guard", *clock),
+        auto const choice = find_simulator(config, programs);
+        checks.emplace_back("sandbox",
+                            check_machine(config, programs, choice ? choice->program : fs::path(), *clock),
                             trial_limit);
-        if (choice)
-            checks.emplace_back("sandbox", check_walls(config, programs, *choice, *clock), trial_limit);
     }
     auto const names = make_name_service(executor);
     for (auto& each :
@@ -347,8 +243,8 @@ int diagnose_simulation_server(Arguments const& arguments, fs::path const& progr
     auto const absolute = absolute_path(programs);
     app::report_findings(
         arguments, std::move(findings), [&config, &absolute, &viewpoint](asio::any_io_executor executor) {
-            auto const walls = app::wall_findings(*config, find_simulator(*config, absolute));
-            return app::examine_simulation_server(*config, absolute, walls, viewpoint, executor,
+            auto const simulator = app::simulator_findings(*config, app::find_simulator(*config, absolute));
+            return app::examine_simulation_server(*config, absolute, simulator, viewpoint, executor,
                                                   app::shown_progress());
         });
 }

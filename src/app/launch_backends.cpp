@@ -1,0 +1,191 @@
+#include "launch_backends.hpp"
+
+#include "core/docker/docker_leftovers.hpp"
+#include "core/simulation/simulator_environment.hpp"
+#include "core/slurm/job_command.hpp"
+#include "core/text.hpp"
+#include "environment.hpp"
+
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
+#include <webots_cloud/daemon.hpp>
+
+#include <unistd.h>
+
+#include <chrono>
+#include <string>
+#include <utility>
+
+namespace webots_cloud::app {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using core::concat;
+
+std::string host_name()
+{
+    char name[256] = "";
+    (void)::gethostname(name, sizeof name - 1);
+    return name;
+}
+
+DockerModeParams docker_params(SimulationConfig const& config, SimulationMachine const& machine)
+{
+    auto const& network = machine.trial.container_network;
+    DockerModeParams params;
+    params.limits = machine.limits;
+    params.docker = find_program("docker");
+    params.docker_compose = find_program("docker-compose");
+    std::error_code failed;
+    params.templates = fs::weakly_canonical(config.containers.directory, failed);
+    params.images = config.containers.images;
+    params.project_dockerfiles = config.containers.project_dockerfiles;
+    params.build_network = config.containers.build_network;
+    params.persistent_images = config.containers.persistent_images;
+    params.identity = core::docker_identity(host_name(), config.address.port, machine.instances());
+    params.environment = current_environment();
+    params.simulator_environment = config.simulator_environment;
+    if (fs::exists("/dev/dri", failed))
+        params.graphics_device = "/dev/dri";
+    params.network = network.network;
+    params.name_server = network.name_server;
+    params.gateway = config.gateway;
+    params.own_displays = config.display == "private";
+    if (params.own_displays || config.display == "none") {
+        params.display.clear();
+    } else if (auto const display = wanted_display(config); !display.name.empty()) {
+        params.display = display.name;
+        if (display.may_be_opened)
+            params.xhost = find_program("xhost");
+    }
+    return params;
+}
+
+/// Where simulations are jobs, which are started with the rights of this server's user.
+SlurmModeParams slurm_params(SimulationConfig const& config, fs::path guard)
+{
+    SlurmModeParams params;
+    params.srun = find_program("srun");
+    params.scancel = find_program("scancel");
+    params.squeue = find_program("squeue");
+    params.sinfo = find_program("sinfo");
+    params.getent = find_program("getent");
+    params.tar = find_program("tar");
+    params.guard = std::move(guard);
+    params.jobs = *config.slurm;
+    params.identity = core::job_identity(host_name(), config.address.port);
+    params.run = make_token().substr(0, 8);
+    params.time_limit = core::job_time_limit(config.timeout, config.extendable, config.start_timeout);
+    params.environment = current_environment();
+    return params;
+}
+
+/// Where the sockets are by which simulations with a network of their own are reached. Empty: nowhere.
+fs::path broker_folder(SimulationConfig const& config, InstanceRoot const& root, Logger const& log)
+{
+    constexpr std::size_t longest = 100; // names of sockets have 107 bytes, and ports five digits
+    if (config.slurm)                    // jobs are on other machines
+        return {};
+    if (!config.gateway || root.brokers().native().size() <= longest)
+        return config.gateway ? root.brokers() : fs::path();
+    log.warning(concat("Simulations with a network of their own have open ports on this machine, although "
+                       "\"gateway\" is true: the name of ",
+                       root.brokers().native(), " is too long for sockets. Choose a shorter \"stateDir\"."));
+    return {};
+}
+
+/// Tells the operator which variables of this server's environment simulators do not get. Simulators in
+/// containers get the environment of their image.
+void tell_environment(SimulationLauncherParams const& params, Logger const& log)
+{
+    auto const remarks = core::environment_remarks(params.environment, params.simulator_environment);
+    for (auto const& notice : remarks.notices)
+        log.info(notice);
+    for (auto const& warning : remarks.warnings)
+        log.warning(warning);
+}
+
+} // namespace
+
+asio::awaitable<result<LaunchBackends>> open_backends(SimulationConfig const& config,
+                                                      SimulationMachine& machine, Clock& clock, Logger log)
+{
+    LaunchBackends backends;
+    if (config.docker) {
+        backends.files = make_text_files();
+        DockerModeHooks hooks;
+        hooks.exists = [](fs::path const& path) {
+            std::error_code ignored;
+            return fs::exists(path, ignored);
+        };
+        hooks.new_token = make_token;
+        backends.docker = std::make_unique<DockerMode>(docker_params(config, machine), *machine.processes,
+                                                       *backends.files, clock, log, hooks);
+        auto const opened = co_await backends.docker->open();
+        if (!opened)
+            co_return opened.error();
+    }
+    if (config.slurm) {
+        backends.slurm =
+            std::make_unique<SlurmMode>(slurm_params(config, machine.guard), *machine.processes, clock, log);
+        auto const opened = co_await backends.slurm->open();
+        if (!opened)
+            co_return opened.error();
+        backends.partitions = backends.slurm->metrics(*machine.metrics);
+    }
+    co_return backends;
+}
+
+asio::awaitable<result<>> run(LaunchBackends& backends, Clock& clock)
+{
+    if (backends.slurm)
+        co_return co_await backends.slurm->run();
+    if (backends.docker)
+        co_return co_await backends.docker->run();
+    for (;;) {
+        auto const waited = co_await clock.wait_until(clock.now() + std::chrono::hours(24));
+        if (!waited)
+            co_return waited;
+    }
+}
+
+SimulationLauncherParams launcher_params(SimulationConfig const& config, SimulationMachine const& machine,
+                                         Logger const& log)
+{
+    SimulationLauncherParams params;
+    params.gateway = config.gateway;
+    params.brokers = broker_folder(config, machine.root, log);
+    params.display = machine.trial.display.name;
+    params.private_display = machine.trial.display.own;
+    params.limits = machine.limits;
+    if (config.docker) { // which keeps those of its processes
+        params.limits = ProcessLimits();
+        params.limits.disk = machine.limits.disk;
+    }
+    if (config.slurm) { // which gives jobs processors and memory
+        params.limits.memory = 0;
+        params.limits.processors = 0;
+    }
+    params.sandbox = machine.trial.sandbox.params;
+    params.webots = machine.simulator.program;
+    params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
+    params.max_simulations = config.max_connections;
+    params.timeout = config.timeout;
+    params.extendable = config.extendable;
+    params.start_timeout = config.start_timeout;
+    params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite;
+    params.old_webots_multimedia_server = config.multimedia_server;
+    params.old_webots_multimedia_stream = config.multimedia_stream;
+    params.environment = current_environment();
+    for (auto& [name, value] : params.environment)
+        if (name == "WEBOTS_HOME")
+            value = absolute_path(value);
+    params.simulator_environment = config.simulator_environment;
+    if (!config.docker)
+        tell_environment(params, log);
+    return params;
+}
+
+} // namespace webots_cloud::app

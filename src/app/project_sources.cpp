@@ -1,0 +1,71 @@
+#include "project_sources.hpp"
+
+#include "simulation_folders.hpp"
+
+#include <utility>
+
+namespace webots_cloud::app {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+
+fs::path website_templates(SimulationConfig const& config, fs::path const& simulator)
+{
+    if (!config.projects_dir.empty())
+        return config.projects_dir;
+    return simulator.parent_path() / "projects" / "samples" / "robotbenchmark";
+}
+
+ProjectSources::ProjectSources(asio::any_io_executor const& executor, SimulationConfig const& config,
+                               SimulationMachine const& machine, Logger const& log)
+    : instances_(machine.instances()), budget_(make_fetch_budget(config.fetch_memory, config.fetch_disk))
+{
+    if (machine.trial.sandbox.params.user.user_namespace >= 0)
+        users_ = machine.trial.user.subordinate;
+    std::vector<Forge> forges;
+    for (auto const& forge : config.forges) {
+        if (forge.directory.empty()) {
+            forges.emplace_back(forge.url, for_users(git(executor, config, log)));
+            continue;
+        }
+        owned_.push_back(make_directory_source(forge.directory));
+        forges.emplace_back(forge.url, for_users(*owned_.back()));
+    }
+    ProjectSource* websites = nullptr;
+    if (!config.docker) { // the pages of websites know nothing of containers
+        WebsiteSourceParams params;
+        params.keys = config.key_dir;
+        params.authorities = config.ca_file;
+        params.projects = website_templates(config, machine.simulator.program);
+        owned_.push_back(make_website_source(std::move(params), log, budget_));
+        websites = &for_users(*owned_.back());
+    }
+    ProjectFetcherParams fetching;
+    fetching.instances = instances_;
+    fetcher_ = std::make_unique<ProjectFetcher>(fetching, std::move(forges), log, websites);
+}
+
+/// What a source needs where simulations run as users of `/etc/subuid`.
+ProjectSource& ProjectSources::for_users(ProjectSource& source)
+{
+    if (!users_)
+        return source;
+    owned_.push_back(for_subordinate_users(source, users_, instances_));
+    return *owned_.back();
+}
+
+ProjectSource& ProjectSources::git(asio::any_io_executor const& executor, SimulationConfig const& config,
+                                   Logger const& log)
+{
+    if (!git_) {
+        GitSourceParams params;
+        params.cache = cache_folder(config);
+        params.cache_bytes = config.cache_bytes;
+        params.instances = instances_;
+        params.authorities = config.ca_file;
+        git_ = make_git_source(executor, params, log, budget_);
+    }
+    return *git_;
+}
+
+} // namespace webots_cloud::app

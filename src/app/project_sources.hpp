@@ -1,0 +1,49 @@
+// Where a simulation server gets projects from: its forges, and the pages of websites.
+#pragma once
+
+#include "simulation_machine.hpp"
+
+#include <webots_cloud/adapters/projects.hpp>
+#include <webots_cloud/config.hpp>
+#include <webots_cloud/project_fetcher.hpp>
+#include <webots_cloud/subordinate_users.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+namespace webots_cloud::app {
+
+/// Where the templates of websites' projects are.
+std::filesystem::path website_templates(SimulationConfig const& config,
+                                        std::filesystem::path const& simulator);
+
+class ProjectSources
+{
+public:
+    /// Lifetime: nothing of `machine` is kept but its subordinate users, which are shared.
+    ProjectSources(boost::asio::any_io_executor const& executor, SimulationConfig const& config,
+                   SimulationMachine const& machine, Logger const& log);
+
+    ProjectFetcher& fetcher() noexcept { return *fetcher_; }
+
+    /// The users that simulations run as, if they have numbers of a user namespace; null: they don't.
+    std::shared_ptr<SubordinateUsers> const& users() const noexcept { return users_; }
+
+private:
+    ProjectSource& for_users(ProjectSource& source);
+    ProjectSource& git(boost::asio::any_io_executor const& executor, SimulationConfig const& config,
+                       Logger const& log);
+
+    std::shared_ptr<SubordinateUsers> users_;
+    std::filesystem::path instances_;
+    std::shared_ptr<FetchBudget> budget_;
+    std::unique_ptr<ProjectSource> git_; ///< All git servers share it and its cache.
+    std::vector<std::unique_ptr<ProjectSource>> owned_;
+    std::unique_ptr<ProjectFetcher> fetcher_;
+};
+
+} // namespace webots_cloud::app

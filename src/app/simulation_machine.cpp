@@ -1,0 +1,131 @@
+#include "simulation_machine.hpp"
+
+#include "core/docker/docker_project.hpp"
+#include "core/sandbox/limits.hpp"
+#include "core/text.hpp"
+#include "environment.hpp"
+#include "simulation_folders.hpp"
+
+#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/processes.hpp>
+
+#include <unistd.h>
+
+#include <string>
+
+namespace webots_cloud::app {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using core::concat;
+
+result<InstanceRoot> open_instances(core::StateFolder const& folder, std::string const& name)
+{
+    return InstanceRoot::open(folder.path, name,
+                              folder.may_be_link ? InstanceRoot::State::may_be_link
+                                                 : InstanceRoot::State::no_link);
+}
+
+bool is_in_use(Failure const& failure)
+{
+    return failure.code() == boost::system::errc::resource_unavailable_try_again;
+}
+
+/// The folder for the projects of running simulations, in the first state folder that works.
+result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const& log)
+{
+    auto const name = std::to_string(config.address.port);
+    auto const folders = state_folders(config);
+    auto root = open_instances(folders.front(), name);
+    for (std::size_t i = 1; i < folders.size() && !root && !is_in_use(root.error()); ++i) {
+        log.warning(concat(root.error().message(), ". Trying ", folders[i].path.string(), " instead."));
+        root = open_instances(folders[i], name);
+    }
+    if (!root)
+        return root.error().within(concat("no simulation server on port ", name));
+    for (auto const& notice : root->notices())
+        log.warning(notice);
+    if (auto const removed = root->left_overs().removed; removed > 0)
+        log.info(concat("Removed ", std::to_string(removed), " left-over instance directories"));
+    return root;
+}
+
+/// Folders that simulations must not change: the cache, which later simulations are made of, and their logs.
+std::vector<fs::path> read_only_folders(SimulationConfig const& config)
+{
+    std::vector<fs::path> folders;
+    std::error_code failed;
+    // All of them, not this port's alone: a server that finds its own in use takes the next one.
+    auto const caches = cache_folder(config).parent_path();
+    for (auto const& folder : {absolute_path(caches), absolute_path(config.log_dir / "simulation")}) {
+        fs::create_directories(
+            folder, failed); // a folder that is made later would be writable for simulations that run already
+        if (fs::is_directory(folder, failed))
+            folders.push_back(folder);
+    }
+    return folders;
+}
+
+/// Containers have groups of their own.
+ControlGroupsParams control_groups_params(SimulationConfig const& config, ProcessLimits const& limits)
+{
+    ControlGroupsParams params;
+    params.enabled = !config.docker && !config.slurm && limits.any();
+    params.may_use_root = ::geteuid() == 0;
+    return params;
+}
+
+} // namespace
+
+result<core::SimulatorChoice> find_simulator(SimulationConfig const& config, fs::path const& programs)
+{
+    if (!config.docker)
+        return core::choose_simulator(absolute_path(config.webots_home),
+                                      absolute_path(environment("WEBOTS_HOME")), programs, is_program);
+    core::SimulatorChoice choice;
+    choice.program = core::webots_in_container;
+    return choice;
+}
+
+asio::awaitable<result<std::unique_ptr<SimulationMachine>>> prepare_machine(asio::any_io_executor executor,
+                                                                            SimulationConfig const& config,
+                                                                            fs::path programs, Clock& clock,
+                                                                            Logger log)
+{
+    auto simulator = find_simulator(config, programs);
+    if (!simulator)
+        co_return simulator.error();
+    if (!simulator->notice.empty())
+        log.warning(simulator->notice);
+    auto root = open_instances(config, log);
+    if (!root)
+        co_return root.error();
+    auto machine = std::make_unique<SimulationMachine>(std::move(*simulator), std::move(*root));
+    machine->guard = programs / "webots-process-guard";
+    machine->metrics = make_host_metrics();
+    auto const host = machine->metrics->description();
+    machine->limits = core::simulation_limits(config.limits, host.memory_bytes, host.cores);
+    auto const groups = make_control_groups(control_groups_params(config, machine->limits));
+    machine->group_folders = control_group_mounts(*groups);
+
+    TrialContext context;
+    context.simulator = machine->simulator.program;
+    context.guard = machine->guard;
+    context.state = machine->instances().parent_path();
+    context.read_only = read_only_folders(config);
+    context.read_only.insert(context.read_only.end(), machine->group_folders.begin(),
+                             machine->group_folders.end());
+    context.limits = machine->limits;
+    context.limit_support = limit_support(*groups);
+    machine->processes = make_process_host(executor, machine->guard, context.read_only, groups,
+                                           machine->metrics->graphics_times());
+    machine->trial = co_await try_machine(config, std::move(context), *machine->processes, clock);
+    machine->trial.remarks.tell(log);
+    if (!machine->trial.outcome)
+        co_return machine->trial.outcome.error();
+    co_await remove_left_overs(machine->root, machine->trial.user.subordinate, machine->guard, log);
+    co_return machine;
+}
+
+} // namespace webots_cloud::app
