@@ -9,8 +9,6 @@ namespace simulation {
 
 namespace {
 
-constexpr std::uint64_t seeds = 20;
-
 struct Scenario
 {
     std::string name;
@@ -78,6 +76,23 @@ std::vector<Contestant> contestants()
         {"least_reported", Knowledge::reports, "least_reported"}};
 }
 
+/// The contestant's day.
+Campus prepare(Scenario const& scenario, Contestant const& contestant)
+{
+    Campus campus = scenario.campus;
+    campus.knowledge = contestant.knowledge;
+    campus.policy = contestant.policy;
+    campus.peers = contestant.peers;
+    campus.new_worlds = contestant.new_worlds;
+    campus.way = contestant.way;
+    campus.waiting_room = contestant.line != Line::none;
+    if (contestant.line != Line::for_room)
+        campus.wait_for_room = 0;
+    campus.others_known = contestant.way == Way::asked;
+    campus.params.threshold = contestant.threshold;
+    return campus;
+}
+
 } // namespace
 
 void campus(Output& output)
@@ -89,24 +104,13 @@ void campus(Output& output)
         if (contestant.peers == Peers::counted)
             chart.series.push_back({contestant.name, {}});
     for (Scenario const& scenario : scenarios()) {
-        output.tables << "\nCampus, " << scenario.name << ", seeds 1 to " << seeds << ":\n\n";
+        output.tables << "\nCampus, " << scenario.name << ", seeds 1 to " << output.seeds << ":\n\n";
         print_heading(output.tables, {"", "time crammed %", "slowdown", "refused %", "stranded %",
                                       "unevenness %", "waited %", "wait s", "longest s"});
         chart.categories.push_back(scenario.name);
         std::size_t drawn = 0;
         for (Contestant const& contestant : contestants()) {
-            Campus campus = scenario.campus;
-            campus.knowledge = contestant.knowledge;
-            campus.policy = contestant.policy;
-            campus.peers = contestant.peers;
-            campus.new_worlds = contestant.new_worlds;
-            campus.way = contestant.way;
-            campus.waiting_room = contestant.line != Line::none;
-            if (contestant.line != Line::for_room)
-                campus.wait_for_room = 0;
-            campus.others_known = contestant.way == Way::asked;
-            campus.params.threshold = contestant.threshold;
-            CampusFigures const figures = average_campus(campus, seeds);
+            CampusFigures const figures = average_campus(prepare(scenario, contestant), output.seeds);
             std::vector<std::string> row = {contestant.name,
                                             decimals(figures.crammed, 1),
                                             decimals(figures.slowdown, 3),
@@ -128,6 +132,24 @@ void campus(Output& output)
         std::ofstream(*output.images / "campus.svg") << to_svg(chart);
 }
 
+void days(Output& output)
+{
+    print_heading(output.tables, {"seed", "campus", "heavy worlds wait", "time crammed %", "waited %",
+                                  "wait s", "longest s"});
+    for (std::uint64_t seed = 1; seed <= output.seeds; ++seed)
+        for (Scenario const& scenario : scenarios())
+            for (Contestant const& contestant : contestants()) {
+                if (contestant.line != Line::for_room)
+                    continue;
+                CampusFigures const figures = simulate_campus(prepare(scenario, contestant), seed);
+                print_row(output.tables, {std::to_string(seed), scenario.name,
+                                          contestant.way == Way::asked ? "asked before placing" : "relayed",
+                                          decimals(figures.crammed, 3), decimals(figures.waited, 3),
+                                          decimals(figures.wait, 3), decimals(figures.longest_wait, 3)});
+                output.tables.flush();
+            }
+}
+
 void warm_starts(Output& output)
 {
     std::vector<Scenario> all(3);
@@ -136,7 +158,7 @@ void warm_starts(Output& output)
     all[1].name = "unequal";
     all[2].name = "five session servers";
     all[2].campus.session_servers = 5;
-    output.tables << "\nWhere the project is already there, seeds 1 to " << seeds << ":\n\n";
+    output.tables << "\nWhere the project is already there, seeds 1 to " << output.seeds << ":\n\n";
     print_heading(output.tables, {"", "warm %", "time crammed %", "refused %", "unevenness %"});
     for (Scenario& scenario : all) {
         Campus& campus = scenario.campus;
@@ -145,7 +167,7 @@ void warm_starts(Output& output)
         campus.cached_projects = 40;
         for (bool const told : {false, true}) {
             campus.reports_projects = told;
-            CampusFigures const figures = average_campus(campus, seeds);
+            CampusFigures const figures = average_campus(campus, output.seeds);
             print_row(output.tables, {scenario.name + (told ? ", projects reported" : ", not reported"),
                                       decimals(figures.warm, 1), decimals(figures.crammed, 1),
                                       decimals(figures.refused, 1), decimals(figures.unevenness, 1)});
