@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Follows README to a site of two machines, literally, and then docs/site.md to a public name for it: boots two bare Debians with their
+# Follows docs/site.md to a site of two machines, literally, and then to a public name for it: boots two bare Debians with their
 # systemd, joined by a network of their own, runs the commands of these sections on each, and visits the site from a third machine of that
 # network (tests/two_machines.py). Needs root, debootstrap, a kernel with unified control groups, the release built (./server.sh package),
 # 2 GB and some minutes.
@@ -33,8 +33,8 @@ main()
     chmod 755 "$folder"
     trap clear_away EXIT
 
-    step "Packages, as README says"
-    commands README.md here | bash -eux
+    step "Packages, as docs/site.md says"
+    commands docs/site.md here | bash -eux
 
     step "Two bare Debians, with what the packages ask for"
     make_debian "$folder/first"
@@ -49,14 +49,14 @@ main()
     done
 
     for machine in first second; do
-        step "README's commands on the $machine machine"
+        step "The commands of docs/site.md on the $machine machine"
         cp build/release/packages/*.deb "$folder/$machine/home/reader/"
         follow "$machine" || fail "They fail: $(in_tree "$machine" journalctl --no-pager --unit 'webots-*')"
     done
 
     step "Somebody visits the site"
     visit "http://${addresses[first]}:1999"
-    step "The doctor of the first machine, to which README refers"
+    step "The doctor of the first machine, to which docs/site.md refers"
     in_tree first webots-session-server --doctor || [[ $? -eq 1 ]] || fail "It finds a fault." # 1: warnings
 
     for machine in first second; do
@@ -66,7 +66,7 @@ main()
     step "Somebody visits it by its name"
     cp "$folder/first/etc/webots-cloud/tls/certificate.pem" "$folder/trusted.pem"
     visit https://sim.example.org
-    step "README leads to a site of two machines"
+    step "docs/site.md leads to a site of two machines"
 }
 
 # visit ADDRESS
@@ -95,11 +95,7 @@ commands()
 # follow MACHINE [public]: as a user who may use sudo, in a shell that stops at the first failure.
 follow()
 {
-    if [[ $# -eq 1 ]]; then
-        commands README.md "$1" >"$folder/$1/home/reader/commands"
-    else
-        commands docs/site.md "$2 $1" >"$folder/$1/home/reader/commands"
-    fi
+    commands docs/site.md "${2:+$2 }$1" >"$folder/$1/home/reader/commands"
     in_tree "$1" runuser -u reader -- bash -euxo pipefail -c 'cd && . ./commands'
 }
 
