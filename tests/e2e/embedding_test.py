@@ -112,7 +112,7 @@ class Embedding(unittest.TestCase):
         self.addCleanup(self.reread, ["*"])
         self.tell("view.open(arguments[0], 'mjpeg')", WORLD)
         self.await_state("failed")
-        self.assertIn(f"Perhaps it does not let pages of http://{SITE}:{self.site} in", self.message())
+        self.assertIn(f"Perhaps it does not accept pages of http://{SITE}:{self.site}", self.message())
         self.assertIn('"allowedOrigins"', self.message())
 
     def reread(self, origins):

@@ -62,7 +62,7 @@ class LinkDown(unittest.TestCase):
         noticed = time.monotonic() - pulled
         wait_until(lambda: state() != "lost" or time.monotonic() - pulled >= seconds, "time stands still", seconds + 10)
         self.assertEqual(state(), "lost", status())
-        self.assertIn("What you see is old", status())
+        self.assertIn("What you see is out of date", status())
         plugged = time.monotonic()
         cable.plug()
         wait_until(lambda: state() != "lost", lambda: f"{state()}: {status()}\n{simulation.log()}")

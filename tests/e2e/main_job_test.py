@@ -61,7 +61,7 @@ class FirstMinute(unittest.TestCase):
             wait_until(lambda: body.get_attribute("data-availability") == "full", "the machine is not busy")
             browser.find_element("id", "start").click()
             wait_until(lambda: body.get_attribute("data-state") == "failed", "it is not refused")
-            self.assertEqual(status.text, "No machine is free at the moment. Please try again in a few minutes. This page says when there is one.")
+            self.assertEqual(status.text, "No machine is free at the moment. Please try again in a few minutes. This page will tell you when there is one.")
             session.reread(loadThreshold=1000, simulationServers=[simulation.address])
             wait_until(lambda: status.text == "A machine is available now: press Start simulation.", lambda: status.text)
             browser.find_element("id", "start").click()

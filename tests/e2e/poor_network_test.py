@@ -99,7 +99,7 @@ class PoorNetworks(unittest.TestCase):
         lost = time.monotonic()
         self.wait_state("lost")
         print(f"nothing arrives: said after {time.monotonic() - lost:.1f} s", flush=True)
-        self.assertIn("What you see is old", self.status())
+        self.assertIn("What you see is out of date", self.status())
         self.network.set(**network)
         found = time.monotonic()
         self.wait_state("running")

@@ -20,7 +20,7 @@ test('a class is opened with a password, a world and seats; what is wrong is sai
   await page.waitForFunction((world) => document.getElementById('world').value === world, WORLD);
   await clean(page, 'form');
   await page.fill('#password', 'abcd-efgh-jkmn');
-  for (const [error, words] of Object.entries({ off: 'Nobody can open a class', password: 'not the teacher', tries: 'Too many wrong tries', limit: 'as many classes',
+  for (const [error, words] of Object.entries({ off: 'Nobody can open a class', password: 'not the teacher', tries: 'Too many wrong attempts', limit: 'any more classes',
     seats: '1 to 100', world: 'not the address of a world', message: 'for programs' })) {
     await cloud.set('class_answers', { teach: [{ error, text: 'for programs' }] });
     await page.click('#open-class');
@@ -104,12 +104,12 @@ test('the wall has a tile for each student, sorted by name, with state and time 
   await until(async () => (await names(page)).length === 5, 'five tiles');
   assert.deepEqual(await names(page), ['Ada', 'Bob <i>10</i>', 'Bob 9', 'Grace', 'Zoë'].sort((a, b) => a.localeCompare(b, 'en', { numeric: true })));
   assert.equal(await tile(page, 1).locator('.time').textContent(), '0:01:01');
-  for (const [id, words] of Object.entries({ 1: 'Running', 2: 'Waits for a seat', 3: 'Has joined', 4: 'Simulation does not answer', 5: 'No connection' }))
+  for (const [id, words] of Object.entries({ 1: 'Running', 2: 'Waiting for a seat', 3: 'Joined', 4: 'Simulation not responding', 5: 'No connection' }))
     assert.equal(await tile(page, id).locator('.words').textContent(), words);
   // Those who need somebody stand out by more than a colour.
   const border = (id) => tile(page, id).evaluate((item) => getComputedStyle(item).borderTopStyle);
   assert.deepEqual(await Promise.all([1, 2, 3, 4, 5].map(border)), ['solid', 'dashed', 'solid', 'dashed', 'dashed']);
-  await says(page, '#summary', '5 students: 1 × Running, 1 × Waits');
+  await says(page, '#summary', '5 students: 1 × Running, 1 × Waiting for a seat');
   await tell({ picture: { id: 1, jpeg: await jpeg(page, 'rgb(200 30 30)') } });
   await tell({ picture: { id: 2, jpeg: 'bm9uc2Vuc2U=' } });
   await page.waitForSelector('#wall [data-student="1"][data-pictured]');
@@ -143,7 +143,7 @@ test('a tile says why it has no picture', async (t) => {
   await cloud.set('class_answers', { teach: [{ class: await classOf([student(1, 'Ada', { state: 'running' }), student(2, 'Bob', { state: 'hidden' })]) }] });
   await fillForm(page);
   await page.click('#open-class');
-  await says(page, '[data-student="1"] .no-picture', 'is coming');
+  await says(page, '[data-student="1"] .no-picture', 'Waiting for the picture');
   await says(page, '[data-student="2"] .no-picture', 'page is hidden');
   await page.clock.runFor(14000);
   await says(page, '[data-student="1"] .no-picture', 'can’t read it');
@@ -289,10 +289,10 @@ test('seats are changed; a class is closed, and nothing is kept', async (t) => {
   await cloud.call('set_available', 'busy');
   for (const id of [11, 12, 13])
     await tell({ student: student(id, `Student ${id}`, { state: 'waiting' }) });
-  await says(page, '#reserved', 'Students who wait: 3. The machines are busy: a start may have to wait.');
+  await says(page, '#reserved', 'Students waiting: 3. The machines are busy: a start may have to wait.');
   assert.doesNotMatch(await page.textContent('#reserved'), /All 20 seats/); // true, but not why they wait
   await cloud.call('set_available', 'full');
-  await says(page, '#reserved', 'Students who wait: 3. Every seat is taken.');
+  await says(page, '#reserved', 'Students waiting: 3. Every seat is taken.');
   for (const id of [11, 12, 13])
     await tell({ student: student(id, `Student ${id}`, { state: 'running' }) });
   await says(page, '#reserved', 'All 20 seats');
@@ -324,7 +324,7 @@ test('a reload returns to the class; a class that is gone is said to be', async 
   await page.waitForSelector('#trouble', { state: 'hidden' });
   await cloud.set('class_answers', { teach: [{ error: 'code', text: '' }] });
   await cloud.call('shut', 'session');
-  await says(page, '#trouble', 'what you see is old');
+  await says(page, '#trouble', 'what you see is out of date');
   await cloud.call('open', 'session');
   await shown(page, 'over');
   await says(page, '#over-text', 'restarted');

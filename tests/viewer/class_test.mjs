@@ -43,7 +43,7 @@ test('two doors; a code as people type it leads to the name', async (t) => {
 test('what the class refuses is said in words, and can be tried again', async (t) => {
   const page = await openPage(t, browser);
   await page.goto(await address(CODE));
-  for (const [error, words] of Object.entries({ code: 'no class with this code', full: 'full', name: 'another name', tries: 'Too many wrong tries' })) {
+  for (const [error, words] of Object.entries({ code: 'no class with this code', full: 'full', name: 'another name', tries: 'Too many wrong attempts' })) {
     await cloud.set('class_answers', { join: [{ error, text: 'for programs' }] });
     await page.fill('#name', 'Ada');
     await page.click('#join');
@@ -253,7 +253,7 @@ test('the end of the class ends the simulation; the end of the server does not',
   const page = await runSimulation(t, LANDSCAPE);
   await tell({ closed: 'removed' });
   await shown(page, 'over');
-  await says(page, '#over-text', 'taken you out');
+  await says(page, '#over-text', 'removed you');
   await clean(page, 'over');
   await until(async () => await cloud.get('leases') === 0, 'the end of the lease');
   await page.click('#over-next');

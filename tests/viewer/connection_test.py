@@ -34,7 +34,7 @@ class Silence(ConnectionTest):
     def test_a_silent_server_is_told_and_returned_to_when_it_answers_again(self):
         self.run_lasting_simulation()
         self.cloud.mute = {"simulation", "simulator"}
-        self.wait_text("status", "Nothing arrives from the simulation server")
+        self.wait_text("status", "Nothing is arriving from the simulation server")
         self.assertEqual(self.data()["state"], "lost")
         self.assertFalse(self.element("pause").is_enabled())
         self.wait(lambda: RETURN in self.cloud.started, "an attempt to return")

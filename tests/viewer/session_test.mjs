@@ -506,11 +506,11 @@ test('a start waits in the line of the session server, and starts by itself when
   await waitInLine('3 - -');
   assert.equal(sockets[0].url, 'ws://s/client');
   assert.deepEqual(opening(sockets[0]), { start: WAITING });
-  assert.deepEqual(told(), { text: 'You are number 4 in line. How long it takes is not known yet.', percent: null, ahead: 3, least: null, most: null, why: '', wantsRoom: false });
+  assert.deepEqual(told(), { text: 'You are number 4 in line. There is no estimate of the wait yet.', percent: null, ahead: 3, least: null, most: null, why: '', wantsRoom: false });
   server.move('3 60 240');
   assert.deepEqual(told(), { text: 'You are number 4 in line. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240, why: '', wantsRoom: false });
   server.move('3 0 90 room');
-  assert.equal(told().text, 'You are number 4 in line. The free machines are too busy for this world. Up to about 2 minutes.');
+  assert.equal(told().text, 'You are number 4 in line. There are free seats, but the machines are too busy for this world. Up to about 2 minutes.');
   server.lease.says('queue:3'); // for others
   assert.equal(told().ahead, 3);
   server.move('0 - -');

@@ -179,7 +179,7 @@ class Failures(ViewerTest):
         self.cloud.set_available(available)
         self.start()
         self.wait_state("failed")
-        self.assertEqual(self.text("status"), "No machine is free at the moment. Please try again in a few minutes. This page says when there is one.")
+        self.assertEqual(self.text("status"), "No machine is free at the moment. Please try again in a few minutes. This page will tell you when there is one.")
         self.assertIn("problem", self.element("status").get_attribute("class"))
 
     def wait_for_the_offer(self):

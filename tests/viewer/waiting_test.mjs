@@ -36,7 +36,7 @@ test('where one may wait, the lamp says so, and a start waits', async (t) => {
   await lamp(page, 'Every seat is taken. You can wait in line.');
   assert.ok(await page.isEnabled('#start'));
   await page.click('#start');
-  await status(page, 'You are number 4 in line. How long it takes is not known yet.');
+  await status(page, 'You are number 4 in line. There is no estimate of the wait yet.');
   assert.equal((await starts())[0].start.waiting, true);
   assert.equal(await page.isVisible('#status.problem'), false);
 });
@@ -75,7 +75,7 @@ test('the lamp says what the site is, and a place in the line says the same', as
   await page.click('#start');
   await state(page, 'waiting');
   const places = {
-    room: 'You are number 3 in line. The free machines are too busy for this world.',
+    room: 'You are number 3 in line. There are free seats, but the machines are too busy for this world.',
     busy: 'You are number 3 in line. The machines are busy: a start may have to wait.',
     suitable: 'You are number 3 in line. No machine that can run this world is free.',
     draining: 'You are number 3 in line. No machine takes new simulations at the moment.',
@@ -181,7 +181,7 @@ test('a refusal on /client is taken back when a machine is free, also on a hidde
   await status(page, 'No machine is free at the moment.');
   await cloud.call('close', 'line');
   await state(page, 'failed');
-  await status(page, 'This page says when there is one.');
+  await status(page, 'This page will tell you when there is one.');
   await hide(page, true);
   await cloud.call('set_available', '1');
   await status(page, 'A machine is available now');

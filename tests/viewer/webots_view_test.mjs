@@ -526,7 +526,7 @@ describe('The line of the session server', () => {
     const why = { busy: 'The machines are busy: a start may have to wait.', full: 'Every seat is taken.', draining: 'No machine takes new simulations at the moment.', down: 'No machine is running.' };
     for (const [site, text] of Object.entries(why)) {
       cloud.watchers[0].send(site);
-      await page.locator('.message.problem .text', { hasText: `${text} This page says when there is one.` }).waitFor();
+      await page.locator('.message.problem .text', { hasText: `${text} This page will tell you when there is one.` }).waitFor();
     }
     cloud.session = MACHINE;
     cloud.watchers[0].send('1');

@@ -1,4 +1,4 @@
-// How students come in: a link, a short code, and a QR code of the link. Touches the DOM.
+// How students join: a link, a short code, and a QR code of the link. Touches the DOM.
 
 import { say } from './view/texts.js';
 import { element, offerFullscreen, setText } from './page.js';

@@ -33,7 +33,7 @@ export class Look {
       key === 'Escape' && this.#student !== null && document.fullscreenElement === null && target.closest('dialog') === null && back());
   }
 
-  // Who is being looked at, or null.
+  // The student being looked at, or null.
   get student() { return this.#student; }
 
   open(student, mode) {

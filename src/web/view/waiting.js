@@ -26,7 +26,7 @@ function reasonText(why) {
   }
 }
 
-// Who is next need not be told that nobody knows how long it takes.
+// The first in line need not be told that nobody knows how long it takes.
 function waitText({ ahead, least, most }) {
   if (least === null || most === null)
     return ahead === 0 ? '' : say('waiting.noEstimate');
