@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What the gateway costs beside nginx and HAProxy, which relay the same streams on the same machine in the same run: the table of docs/gateway.md.
+"""What the gateway costs beside nginx and HAProxy, which relay the same streams on the same machine in the same run: the table of docs/gateway_costs.md.
 
     cmake --build --preset release --target bench
     WEBOTS_CLOUD_BIN=build/release/bin tests/bench/speed/gateway_bench.py [--runs 3] [--only WORD] [--quick]

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What the sandboxes of simulations cost: the table of docs/sandboxes.md. Each pair is measured in turns within one run.
+"""What the sandboxes of simulations cost: the tables of docs/performance.md. Each pair is measured in turns within one run.
 
     WEBOTS_CLOUD_BIN=build/release/bin tests/bench/speed/sandbox_bench.py [--sandbox bubblewrap|firejail|docker] [--rounds 40]
 
