@@ -1,3 +1,5 @@
+// Small functions on text without a better home. Some are a matter of security (printable,
+// equal_in_constant_time, is_shown): change them with their tests at hand.
 #include "text.hpp"
 
 #include "unicode_characters.hpp"
@@ -30,7 +32,7 @@ bool equal_ignoring_case(std::string_view left, std::string_view right) noexcept
 namespace webots_cloud::core {
 namespace {
 
-/// Whether the character of so many bytes at the start of `text` is seen, and leaves the others in their
+/// Whether the character of this many bytes at the start of `text` is seen, and leaves the others in their
 /// order: so that no text reads as another one.
 bool is_shown(std::string_view text, std::size_t length) noexcept
 {

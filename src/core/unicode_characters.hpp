@@ -21,7 +21,7 @@ CharacterKind kind_of_character(std::uint32_t code) noexcept;
 /// The number of bytes of the UTF-8 character at the start of `text`, which is not empty; 0: there is none.
 std::size_t utf8_length(std::string_view text) noexcept;
 
-/// The character that takes so many bytes there, which are not 0.
+/// The character that takes this many bytes there, which are not 0.
 std::uint32_t code_point(std::string_view text, std::size_t length) noexcept;
 
 } // namespace webots_cloud::core

@@ -35,7 +35,7 @@ bool can_connect(int port)
     return connected;
 }
 
-/// Whoever can write this file has the kernel run programs as root, outside of every sandbox.
+/// A program that can write this file has the kernel run programs as root, outside of every sandbox.
 bool can_write_kernel_settings()
 {
     int const opened = open("/proc/sys/kernel/core_pattern", O_WRONLY | O_CLOEXEC);

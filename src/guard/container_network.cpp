@@ -1,3 +1,5 @@
+// Docker starts a container without a network, and this process, which follows docker events, puts one around
+// it. Nothing of the machine's firewall is touched, so nothing has to be removed.
 #include "container_network.hpp"
 
 #include "exit_status.hpp"
@@ -53,7 +55,7 @@ Child start(char const* const* argv)
     return child;
 }
 
-/// Prints the identifier of each container of ours that starts, a line each, from now on.
+/// Prints the identifier of each of our containers that starts, a line each, from now on.
 Child watch_starts(Container const& container)
 {
     char since[32];

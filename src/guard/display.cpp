@@ -1,3 +1,5 @@
+// Starts Xvfb where only the program sees its socket and password, and then becomes the program. Its memory
+// and time count as the program's, since it lives in the same namespaces and groups.
 #include "display.hpp"
 
 #include "exit_status.hpp"

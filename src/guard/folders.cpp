@@ -1,3 +1,6 @@
+// The simulation's folders belong to a user whom the server can't become, so a guard measures, fills, takes
+// back and removes them. Their content is hostile: everything is opened relative to a folder, and no link is
+// followed.
 #include "folders.hpp"
 
 #include <dirent.h>

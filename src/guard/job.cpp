@@ -1,3 +1,6 @@
+// A guard on a node of a cluster has no socket to the server, only its own output. It prints where the
+// program listens and what it uses, each line with a word that the program can't know; core/slurm/job_output
+// reads them.
 #include "job.hpp"
 
 #include "folders.hpp"

@@ -1,3 +1,5 @@
+// Sends the project to the node as the job's input, and unpacks it there in a folder that is locked while its
+// guard lives: an unlocked one is a dead guard's, and may be removed.
 #include "job_folder.hpp"
 
 #include "exit_status.hpp"
@@ -54,7 +56,7 @@ bool has_name(int folder, int parent, char const* name)
            opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
 }
 
-/// Removes a folder of ours whose guard does not live any more.
+/// Removes one of our folders if its guard does not live any more.
 void remove_if_left(int parent, char const* name)
 {
     struct stat status;

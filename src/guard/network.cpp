@@ -1,3 +1,6 @@
+// Inside its namespace the program gets a loopback and, where it may, slirp4netns; the rules are in force
+// before it reaches anything. Half of the work is done inside and half outside, hence the two processes that
+// wait for each other.
 #include "network.hpp"
 
 #include "descriptor.hpp"

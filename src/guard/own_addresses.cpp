@@ -1,3 +1,5 @@
+// Tells the program's network, by netlink alone, that addresses of this machine can't be reached, and goes on
+// listening: a machine gets new ones at any time.
 #include "own_addresses.hpp"
 
 #include <linux/netlink.h>

@@ -1,3 +1,5 @@
+// Makes the namespaces of a program, as many as the kernel allows, and starts it there below a first process
+// that reaps orphans, and takes all others with it when it dies. What has worked is reported to the server.
 #include "pid_namespace.hpp"
 
 #include "descriptor.hpp"

@@ -1,3 +1,6 @@
+// Makes the user namespace whose other users run simulations. One part runs as the server's user, with
+// newuidmap; the other as root, before the service starts, for units of systemd. Decision 013 has the
+// reasons.
 #include "subordinate.hpp"
 
 #include "descriptor.hpp"

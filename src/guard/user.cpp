@@ -1,3 +1,5 @@
+// Gives a project to another user and makes the way to it passable, before any program of that user runs.
+// Links are not followed, and files with a second name are left alone: either could lead out of the project.
 #include "user.hpp"
 
 #include <fcntl.h>

@@ -31,13 +31,13 @@ bool take_user(int& argc, char**& argv, User& user);
 /// Gives the folder to the user. Nothing of the user's may run yet.   False: `errno` says why not.
 bool hand_over(User const& user);
 
-/// In a mount namespace of ours alone: makes sure that the user reaches the folder and what is visible. A
+/// In a mount namespace that only we have: makes sure that the user reaches the folder and what is visible. A
 /// folder above them that the user may not search is covered by an empty one, in which only these are.
 /// False: some of it can't be reached.
 bool show_to(User const& user);
 
-/// In a mount namespace of ours alone: puts an empty folder that nobody may look into in place of this one.
-/// False: `errno` says why not.
+/// In a mount namespace that only we have: puts an empty folder that nobody may look into in place of this
+/// one. False: `errno` says why not.
 bool hide(char const* folder);
 
 /// From now on this process is the user's, and can't become root again.   False: it must not go on.

@@ -1,3 +1,5 @@
+// Writes manual pages and completions from the tables of options, while we are built. What an option means is
+// said once, in src/app/options.cpp and its like.
 #include "manual.hpp"
 
 #include <algorithm>

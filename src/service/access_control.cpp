@@ -290,7 +290,7 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
         return HttpResponse(421, std::string(core::html_type),
                             "This server has another name. Its operator can add this one to \"hostNames\".");
     }
-    // Whoever knows the token of a simulation may use it, from whatever page, as with a port of its own; and
+    // A client that knows the token of a simulation may use it, from any page, as with a port of its own; and
     // so it is with the key of a monitor's page.
     if (request.upgrade && !core::is_path_of_key(request.path) &&
         !site.accepts_origin(request.header("Origin"), host)) {

@@ -36,7 +36,7 @@ struct ClientRelay::Machine
     std::string internal_address;
     std::string internal_name;
     bool elsewhere = false; ///< As in ServerSpec.
-    TimePoint freed{};      ///< When a simulation of ours has ended there.
+    TimePoint freed{};      ///< When one of our simulations has ended there.
     TimePoint polled{};
 };
 

@@ -34,7 +34,7 @@ constexpr Duration all_return = std::chrono::milliseconds(1200);
 constexpr Duration return_first = std::chrono::seconds(2);
 
 constexpr std::size_t told_at_once = 500;      // browsers, before others have their turn
-constexpr std::size_t browsers_prefetched = 4; // so many ahead of the one that is told
+constexpr std::size_t browsers_prefetched = 4; // this many ahead of the one that is told
 constexpr std::size_t channels_prefetched = 2; // of browsers that have been prefetched
 constexpr std::size_t max_wishes = 32;         // different ones, of those who want certain machines only
 // For heavy worlds, which no free machine has room for:
@@ -62,7 +62,7 @@ bool takes_sessions_later(Refusal obstacle) noexcept
 
 } // namespace
 
-/// Who waited before a restart comes back within a moment, and others are not served before.
+/// Browsers that waited before a restart come back within a moment, and others are not served before.
 bool ClientRelay::is_settling(TimePoint now) const
 {
     return now - began_ < return_first;
@@ -79,7 +79,7 @@ std::string ClientRelay::group_of(Browser const& browser, std::string const& quo
     return hooks_.waiting_mac ? core::waiting_group(hooks_.waiting_mac, key) : key;
 }
 
-/// Who has that many ahead, in the line.
+/// The browser with that many ahead of it in the line.
 ClientRelay::Browser& ClientRelay::browser_at(std::size_t ahead) const
 {
     return static_cast<Browser&>(room_.at(ahead));
@@ -190,7 +190,7 @@ void ClientRelay::set_wants_room(Browser& browser, bool wants)
     note_change();
 }
 
-/// Who wants room waits for a limited time; how long machines stay away or busy, nobody knows.
+/// A browser that wants room waits for a limited time; how long machines stay away or busy, nobody knows.
 std::optional<core::WaitRange> ClientRelay::expected_wait(Browser const& browser, core::WaitReason why,
                                                           std::size_t ahead, TimePoint now) const
 {
@@ -376,7 +376,7 @@ asio::awaitable<result<>> ClientRelay::wait_for_work()
 }
 
 /// A machine's regular reports tell up to `loadRefresh` later that a place is free. While somebody waits,
-/// machines are asked more often: those first where a simulation of ours has just ended, then the others in
+/// machines are asked more often: those first where one of our simulations has just ended, then the others in
 /// turn.
 void ClientRelay::look_for_freed_seats(TimePoint now)
 {

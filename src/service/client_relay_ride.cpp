@@ -298,7 +298,7 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
             ended = step.refusal;
             if (ended == MachineRefusal::needs)
                 browser.refusals_so_far().needs = conversation.needs();
-            // Who waits for room at one machine wants to know why another one has refused.
+            // A person who waits for room at one machine wants to know why another one has refused.
             if (auto& word = browser.refusals_so_far().last_word;
                 ended != MachineRefusal::full || word.empty())
                 word = conversation.last_word();

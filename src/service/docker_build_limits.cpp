@@ -1,3 +1,5 @@
+// Docker has no option for the limits of a build's steps, so they are set on the containers as they appear,
+// and what they write is measured at intervals. Between appearing and limiting there is a moment without.
 #include "docker_build_limits.hpp"
 
 #include "async/cancellation.hpp"

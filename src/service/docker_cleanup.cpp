@@ -1,3 +1,5 @@
+// Removes until nothing is found any more, since Docker may still be creating what was asked for before. What
+// may be removed is decided by core/docker/docker_leftovers.
 #include "docker_cleanup.hpp"
 
 #include "core/text.hpp"

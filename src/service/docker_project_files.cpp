@@ -1,3 +1,5 @@
+// Writes compose file, walls, Dockerfile and .env beside a project. What is in them is decided by
+// core/docker; here templates are read, and images that projects start from are fetched.
 #include "docker_project_files.hpp"
 
 #include "core/sandbox/visible.hpp"

@@ -143,8 +143,8 @@ boost::asio::awaitable<void> OperatorEndpoints::look_at_some()
     }
 }
 
-/// Whoever has just been told of a simulation finds it on the page, which is otherwise made once a second.
-/// Those who watch by WebSocket are told of it within a second.
+/// A person who has just been told of a simulation finds it on the page, which is otherwise made once a
+/// second. Those who watch by WebSocket are told of it within a second.
 void OperatorEndpoints::expire_old_pages()
 {
     if (std::exchange(shown_changes_, context_.changes) == context_.changes)

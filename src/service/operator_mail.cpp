@@ -1,3 +1,5 @@
+// Sends the operator what core/notices decides is worth a mail: the first at once, later ones as a digest. A
+// mail server that does not answer delays nothing but mails.
 #include <webots_cloud/operator_mail.hpp>
 
 #include "async/cancellation.hpp"

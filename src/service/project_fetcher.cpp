@@ -1,3 +1,5 @@
+// Finds the source for an address, has it make a project, and removes that afterwards. The sources do the
+// work: adapters/git, adapters/projects.
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 

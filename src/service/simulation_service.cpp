@@ -191,7 +191,7 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
         // clang-format off
         {"/client",       core::Methods::get,  everybody,                  Upgrade::accepted, &Impl::client_without_upgrade},
         {"/ticket*",      core::Methods::get,  &Impl::has_ticket,          Upgrade::accepted, &Impl::client_without_upgrade},
-        // Who has no token finds nothing, whatever the method.
+        // Without a token nothing is found, whatever the method.
         {"/simulation/*", core::Methods::read, &Impl::leads_to_simulation, Upgrade::ignored,  &Impl::forward},
         // clang-format on
     });

@@ -1,3 +1,6 @@
+// Looks at the queue and the nodes of the cluster at intervals, one question for all jobs, and ends our jobs
+// that no simulation belongs to any more. What the tables mean is decided by core/slurm/cluster_tables;
+// slurm_runtime.cpp starts jobs.
 #include <webots_cloud/slurm_mode.hpp>
 
 #include "core/simulation/simulator_environment.hpp"
@@ -53,7 +56,7 @@ struct SlurmMode::Impl
     core::ClusterLoad load;
     std::vector<core::QueuedJob> queue;
     std::vector<std::string> jobs; ///< That we have.
-    /// Whether Slurm may have jobs of ours that we don't have any more.
+    /// Whether Slurm may have jobs of this server that the server no longer has.
     bool may_have_left_overs = false;
     bool answers = true; ///< When it was asked last.
     std::uint64_t turn = 0;

@@ -1,3 +1,5 @@
+// The command line of a native simulator, wrapped into srun and a guard on the node. Where the node does not
+// see the project, its paths are those of a copy; job_output.hpp reads what comes back.
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/slurm/job_command.hpp"

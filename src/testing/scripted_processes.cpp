@@ -1,3 +1,5 @@
+// A fake ProcessHost: its processes print, listen and end as a script says, at moments of the test's own
+// clock. Nothing is started.
 #include <webots_cloud/testing/scripted_processes.hpp>
 
 #include "async/wakeup.hpp"

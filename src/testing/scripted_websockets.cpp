@@ -1,3 +1,4 @@
+// A fake WebSocket client whose peers answer as a script says, at moments of the test's own clock.
 #include <webots_cloud/testing/scripted_websockets.hpp>
 
 #include <boost/asio/this_coro.hpp>

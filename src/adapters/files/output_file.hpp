@@ -25,9 +25,9 @@ enum class OutputMode
     anew    ///< A new, empty file takes its place.
 };
 
-/// Opens a file of ours; creates it and its folders if necessary. Never blocks, never follows a link in place
-/// of the file, and never changes a file with a second hard link: anything but a regular file with a single
-/// link is renamed.
+/// Opens one of our files; creates it and its folders if necessary. Never blocks, never follows a link in
+/// place of the file, and never changes a file with a second hard link: anything but a regular file with a
+/// single link is renamed.
 ///
 /// Errors: that of the system.
 result<OutputFile> open_output(std::filesystem::path const& path, OutputMode mode, mode_t permissions);

@@ -1,4 +1,4 @@
-// Folders of ours that simulations, which run as the same user, may have changed or replaced.
+// Our folders, which simulations of the same user may have changed or replaced.
 #pragma once
 
 #include "file_descriptor.hpp"

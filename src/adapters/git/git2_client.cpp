@@ -1,3 +1,5 @@
+// For servers that speak only the older versions of git's protocol. libgit2 knows the protocol; the network
+// is ours (git2_transport.cpp), and so is what becomes of the pack (git_pack_reader.cpp), so all limits hold.
 #include "git2_client.hpp"
 
 #include "core/git/git_problem.hpp"

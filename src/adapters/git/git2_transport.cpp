@@ -1,3 +1,5 @@
+// libgit2 writes a request and then reads an answer, as if from a file. A second thread receives the answer
+// meanwhile, by our own HTTP, because libgit2's has no deadlines.
 #include "git2_transport.hpp"
 
 #include "git_pipe.hpp"

@@ -1,3 +1,6 @@
+// Asks a server of git's version 2 for refs and packs. Answers are decoded while they arrive
+// (core::PktLineDecoder) and are not believed: git_pack_reader.cpp checks what is in them, git_fetch.cpp
+// decides what to ask for.
 #include "git_client.hpp"
 
 #include "core/git/git_pkt_line.hpp"

@@ -1,3 +1,5 @@
+// A start waits for this copy, so bytes are shared with the cache (reflinks) where the file system can, else
+// copied inside the kernel, and several threads share the files of a large folder.
 #include "git_copy.hpp"
 
 #include "adapters/files/folder_walk.hpp"

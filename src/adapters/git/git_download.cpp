@@ -1,3 +1,5 @@
+// One download, step by step: room is reserved before anything is made, and given back however it ends. The
+// layout is decided by core/git/git_layout; git_unpack.cpp writes it; git_cache.cpp keeps the result.
 #include "git_download.hpp"
 
 #include "adapters/files/project_files.hpp"

@@ -1,3 +1,5 @@
+// A state machine over bytes as they arrive: header, entries, trailer. Each step checks a size and pays for
+// it before it allocates. Deltas have to wait for what they are based on: git_pack_deltas.cpp.
 #include "git_pack_reader.hpp"
 
 #include "git_pack_entry.hpp"

@@ -18,7 +18,7 @@ constexpr std::size_t left_out = 50'000;
 
 using Objects = std::unordered_map<core::GitObjectId, std::string, core::GitObjectIdHash>;
 
-/// One record: a letter, a size, and so many bytes.
+/// One record: a letter, a size, and that many bytes.
 struct Record
 {
     char kind = 0;

@@ -1,3 +1,5 @@
+// The git forges as a source of projects: answers from the cache where it can, else starts a fetch on threads
+// of its own, one for all who want the same folder. The steps of a fetch are in git_fetch.cpp.
 #include "adapters/files/mounts.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"

@@ -1,3 +1,5 @@
+// Turns objects that have arrived into a folder: moved from the staging area, or linked from another folder
+// of the cache that has them. git_layout has decided each name before.
 #include "git_unpack.hpp"
 
 #include "adapters/files/folder_walk.hpp"

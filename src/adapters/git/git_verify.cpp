@@ -1,3 +1,5 @@
+// A folder of the cache is believed if nothing about its inodes has changed since it was last read in full;
+// else git's own digests decide. To read all of it at each start would take too long.
 #include "git_verify.hpp"
 
 #include "adapters/files/folder_walk.hpp"

@@ -1,3 +1,5 @@
+// Loads the library of NVIDIA's driver if there is one, and asks it once a second on a thread of its own,
+// because a driver may take long to answer. Everybody else reads the last sample.
 #include "nvml.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// Figures of the machine from proc(5), narrowed to the limits of a container or service where they are lower
+// (cgroup_limits.hpp). What they mean as load is decided by core/load/load_formula.
 #include "cgroup_limits.hpp"
 #include "machine_graphics.hpp"
 #include "nvml.hpp"

@@ -1,3 +1,5 @@
+// Requests to other servers, mostly polls. Connections are kept for the next request, and every byte of an
+// answer counts against a limit, since any machine on the list may be hostile or broken.
 #include "client_stream.hpp"
 #include "core/text.hpp"
 #include "parse_message.hpp"

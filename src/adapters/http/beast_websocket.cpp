@@ -1,3 +1,6 @@
+// WebSockets of our servers to others, as client, with Boost.Beast. A few messages are read ahead, sending is
+// a bounded queue, and silence is answered by a ping, then by the end. The server's side is
+// websocket_channel.cpp.
 #include "client_stream.hpp"
 #include "core/text.hpp"
 #include "server_connection.hpp"

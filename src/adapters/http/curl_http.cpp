@@ -1,3 +1,6 @@
+// Blocking requests for project sources, on threads that may wait. libcurl asks back here while it works:
+// that is where limits, deadlines and the wish to stop take effect. Where redirects may lead is decided by
+// the caller.
 #include "curl_http.hpp"
 
 #include "adapters/files/regular_file.hpp"

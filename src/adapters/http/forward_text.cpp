@@ -1,3 +1,5 @@
+// Writes the heads of forwarded requests and answers anew from what was understood, never by copying: so both
+// sides agree on where a message ends. Which fields pass is in core/access/passed_headers.hpp.
 #include "forward_text.hpp"
 
 #include "core/access/passed_headers.hpp"

@@ -1,3 +1,5 @@
+// Each request passes here, so nothing is allocated from the second one of a connection on. Refusals are
+// decided as early as possible: the end of garbage is not waited for.
 #include "http_request_reader.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// Writes answers. Lines that all of them share are made once a second, and shared pages are compressed once
+// for all who ask, because this runs for every request.
 #include "http_response_text.hpp"
 
 #include <ostream> // what follows forgets it

@@ -1,3 +1,6 @@
+// Reads, writes and handshakes on a non-blocking socket, with OpenSSL directly on it. A handshake goes on one
+// step at a time, in turns with others (handshakes.hpp), since it is the most expensive thing that a stranger
+// can ask for.
 #include "network_stream.hpp"
 
 #include "tls_socket.hpp"

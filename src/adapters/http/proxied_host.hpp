@@ -1,5 +1,5 @@
-// Who is reached through a proxy: libcurl shows the proxy's address alone, so only the name of the host says
-// it.
+// The host that is reached through a proxy: libcurl shows the proxy's address alone, so only the name of the
+// host says it.
 #pragma once
 
 #include "core/access/ip_address.hpp"

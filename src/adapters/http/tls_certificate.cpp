@@ -21,7 +21,7 @@ namespace {
 using core::concat;
 
 // Of TLS 1.2: forward secrecy and authenticated encryption, as of TLS 1.3, whose own list is good as it is.
-// Whoever records the traffic and gets the key years later reads nothing.
+// Somebody who records the traffic and gets the key years later reads nothing.
 constexpr auto ciphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
 Failure unusable(std::string_view what, std::filesystem::path const& file, std::string_view why)

@@ -1,3 +1,5 @@
+// OpenSSL verifies; this file chooses whom to trust, and turns the first problem that it finds into a
+// sentence that names the certificate. That sentence is what operators see in the log and on /monitor.
 #include "tls_trust.hpp"
 
 #include "adapters/files/regular_file.hpp"

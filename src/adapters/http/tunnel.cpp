@@ -1,3 +1,6 @@
+// Moves bytes of one browser and one server both ways. How much is read at once follows from what the other
+// side takes: large pieces save wake-ups, but what is left over has been copied in vain
+// (docs/gateway_costs.md).
 #include "tunnel.hpp"
 
 #include <algorithm>
@@ -143,7 +146,7 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         sent = to.end.write(std::string_view(bytes, got));
         count(to, sent);
         moved += sent;
-        // Who does not take it all is offered less: of TLS no more than a record, which we keep.
+        // A side that does not take it all is offered less: of TLS no more than a record, which we keep.
         auto const least = from.end.is_tls() ? small_chunk : modest_chunk;
         if (size > small_chunk || from.end.is_tls())
             to.takes = std::clamp(sent < got ? 2 * sent : 2 * to.takes, least, chunk_size);

@@ -44,7 +44,7 @@ public:
     /// Up to `size` bytes. `peek`: they stay where they are, until `discard`; not with TLS.
     Reading read(char* to, std::size_t size, bool peek, std::size_t& read) noexcept;
 
-    /// Forgets so many bytes of those that a peek has shown. `is_all`: there were no more.
+    /// Forgets this many bytes of those that a peek has shown. `is_all`: there were no more.
     void discard(char* scratch, std::size_t size, bool is_all) noexcept;
 
     /// What could be sent of it at once; less than all: `may_write` is false from then on, or `is_broken`

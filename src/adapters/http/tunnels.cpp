@@ -1,3 +1,6 @@
+// Shares the event loop among all tunnels: in each turn they move a bounded number of bytes together, one
+// tunnel after the other. They have an epoll set of their own, so that an idle one costs next to nothing
+// (decision 011). One tunnel is in tunnel.cpp.
 #include "tunnel.hpp"
 
 #include <boost/asio/post.hpp>

@@ -37,7 +37,7 @@ struct TunnelPlan
     bool is_two_way = false;
     /// After `length` bytes the other server's connection is given back, too.
     bool keeps_upstream = false;
-    /// After so many bytes of the other server the browser's connection is free again.
+    /// After this many bytes of the other server the browser's connection is free again.
     std::uint64_t length = until_the_end;
     /// Where the other server's body comes in chunks: how far it has come in `to_browser`. It ends with its
     /// last chunk, whatever follows.

@@ -1,3 +1,5 @@
+// Three ways to the server behind a tunnel: TCP, TLS, or a socket that the guard hands out from a
+// simulation's network (broker). What comes from there is checked to be such a socket.
 #include "upstream_socket.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// WebSockets of browsers, of which thousands may be idle: a silent one has no buffer, and a hostile one gets
+// few messages in each turn of the event loop. Frames are understood by websocket_frames.cpp.
 #include "websocket_channel.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// Reads frames without keeping any: the caller has the bytes. What a browser never does (large control
+// frames, thousands of fragments) ends the connection.
 #include "websocket_frames.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// A thread writes what simulators print, since a disk may be slow or full. Each file keeps the beginning and
+// the end of the output; old files are removed by name and age, and only those that are ours.
 #include "adapters/files/output_file.hpp"
 #include "adapters/threads/worker_threads.hpp"
 #include "core/simulation/simulation_log.hpp"

@@ -1,3 +1,6 @@
+// The log: spdlog writes on a thread of its own, and drops the oldest lines rather than let the event loop
+// wait for a disk. Lines are escaped and counted before (core/logs/log_budget), because clients cause many of
+// them.
 #include "core/logs/log_budget.hpp"
 #include "core/logs/log_line.hpp"
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// libcurl speaks SMTP, but waits where it likes. Here its sockets are ours, so that an exchange ends at once
+// when the server stops, and a mail server that is slow on purpose costs a thread and no more.
 #include "smtp_exchange.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// c-ares tells which sockets and moments it waits for, and here Asio waits for them. What answers are good
+// for is decided by name_resolver.cpp (addresses) and core/discovery/named_machines (lists of machines).
 #include "name_channel.hpp"
 
 #include "core/text.hpp"

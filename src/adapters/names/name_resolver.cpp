@@ -1,3 +1,5 @@
+// One lookup for all who ask for a name. While a name server is slow, the last known addresses are used, so
+// that a machine that works is not lost for lack of DNS. The questions themselves: name_channel.cpp.
 #include "name_resolver.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// Writes and reads the kernel's files; core/sandbox/control_groups decides which. What works is found out by
+// trying when the server starts, since it depends on kernel, service and user.
 #include "control_groups.hpp"
 
 #include "adapters/files/file_descriptor.hpp"

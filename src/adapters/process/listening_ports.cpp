@@ -1,3 +1,5 @@
+// Asks the kernel for sockets that listen (sock_diag), and only where there is one, whose it is. The other
+// way round, through all open files, would take seconds when a simulation opens many.
 #include "listening_ports.hpp"
 
 #include "process_tree.hpp"
@@ -115,7 +117,7 @@ PortsByInode listening_sockets(std::uint16_t first, std::uint16_t last)
 using Budget = std::size_t;
 
 /// The lowest of `sockets` that belongs to the user of a process whose files we may not list: a subordinate
-/// user of ours, who is that of one simulation alone. 0: none.
+/// user of this server, who is that of one simulation alone. 0: none.
 std::uint16_t port_of_user(pid_t process, PortsByInode const& sockets)
 {
     struct stat status;

@@ -1,3 +1,5 @@
+// Walks a tree of processes in proc(5). The cheap figure is used as long as it is far from the limit; near
+// it, what processes share is counted exactly (shared_memory.cpp).
 #include "process_usage.hpp"
 
 #include "process_tree.hpp"

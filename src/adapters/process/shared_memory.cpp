@@ -1,3 +1,6 @@
+// Reads, from the files of proc(5), what memory processes share or keep in files without a name, each piece
+// once. Simulations may forge names and mounts, so nothing here asks a file system that one of them could
+// have made. process_usage.cpp decides when such a look is worth its time.
 #include "shared_memory.hpp"
 
 #include "adapters/files/file_descriptor.hpp"
@@ -292,8 +295,8 @@ void SharedMemoryLook::add_file_systems(pid_t process)
     });
 }
 
-/// Who has given up being traced hides what is open from us, unless we are root. So do our guards, which is
-/// why that shows nothing.
+/// A process that has given up being traced hides what is open from us, unless we are root. So do our guards,
+/// which is why that shows nothing.
 void SharedMemoryLook::add_table(std::string const& folder)
 {
     std::unique_ptr<DIR, int (*)(DIR*)> const listing(::opendir(folder.c_str()), &::closedir);

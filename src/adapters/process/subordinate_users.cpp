@@ -1,3 +1,6 @@
+// Runs the guard for each thing that only root of the simulations' user namespace can do: making it,
+// measuring, giving and taking folders. Decision 013 says why; src/guard/subordinate.cpp and folders.cpp are
+// the other side.
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/threads/blocking_pool.hpp"
 #include "core/text.hpp"

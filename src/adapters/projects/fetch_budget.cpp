@@ -1,3 +1,5 @@
+// Reservations of memory and disk, counted by atomic numbers because threads take them. A fetch that does not
+// fit waits until another ends, or is refused when no end could help. The header explains who has what.
 #include "fetch_budget.hpp"
 
 #include "core/text.hpp"

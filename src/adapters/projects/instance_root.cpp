@@ -1,3 +1,5 @@
+// Opens the folder for running simulations, perhaps after a crash, in a place where others may write: no link
+// is followed, what is in the way gets another name, and the reason is told.
 #include <webots_cloud/instance_root.hpp>
 
 #include <webots_cloud/adapters/secrets.hpp>

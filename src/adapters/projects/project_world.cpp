@@ -7,7 +7,7 @@
 namespace webots_cloud::adapters {
 namespace {
 
-/// At most so many bytes of a file that was opened.
+/// At most this many bytes of a file that was opened.
 std::string beginning_of(std::ifstream& file, std::size_t length)
 {
     std::string text(length, '\0');

@@ -1,3 +1,6 @@
+// Makes the project of a website: the operator's template, then the website's archive over it. Everything
+// that the website sends is checked where it is used; core/projects/website_plan decides in which order
+// things happen.
 #include "adapters/files/copy_tree.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"

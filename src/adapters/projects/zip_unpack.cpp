@@ -1,3 +1,5 @@
+// libarchive reads the format; the names, sizes and numbers in an archive are a stranger's, and are checked
+// here before anything is written. Folders are opened one by one, so that no name leads out of the project.
 #include "zip_unpack.hpp"
 
 #include "adapters/files/folder_walk.hpp"

@@ -44,7 +44,7 @@ public:
         virtual void run(std::unique_ptr<Job> self) = 0;
     };
 
-    /// At most so many `threads`.
+    /// At most this many `threads`.
     explicit WorkerThreads(std::size_t threads, Priority priority = Priority::normal);
 
     /// Waits for running jobs; waiting jobs are destroyed.

@@ -103,7 +103,7 @@ public:
     int max_simulations() const noexcept { return max_simulations_; }
     std::size_t max_simulations_per_client() const noexcept { return clients_.max(); }
 
-    /// Who has more keeps it.
+    /// A client that has more keeps it.
     void set_max_simulations_per_client(std::size_t max) noexcept { clients_.set_max(max); }
 
 private:

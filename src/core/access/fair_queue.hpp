@@ -15,11 +15,11 @@
 
 namespace webots_cloud::core {
 
-/// Who has asked for least lately goes first, however many things others have waiting. A client may have four
-/// turns a second: of a client that asks for more, each thing waits behind all that is due earlier, as if it
-/// had come when its turn is (virtual clocks: L. Zhang, SIGCOMM 1990). It is never more than `max_debt`
-/// behind clients that come for the first time. The wider networks of a client (`QuotaLevels`) have turns,
-/// too, as many more as their factors say; the latest of all these turns counts.
+/// The client that has asked for least lately goes first, however many things others have waiting. A client
+/// may have four turns a second: of a client that asks for more, each thing waits behind all that is due
+/// earlier, as if it had come when its turn is (virtual clocks: L. Zhang, SIGCOMM 1990). It is never more
+/// than `max_debt` behind clients that come for the first time. The wider networks of a client
+/// (`QuotaLevels`) have turns, too, as many more as their factors say; the latest of all these turns counts.
 ///
 /// Memory: the things that wait, and a time for each client and network that has asked for more, of about
 /// 65,536: then all begin anew.

@@ -1,3 +1,5 @@
+// Paths and addresses of the gateway are taken apart here, and nowhere else: a request chooses a listed
+// machine by its number and can't say where that is. Paths for operators never pass.
 #include "forwarding.hpp"
 
 #include "core/text.hpp"

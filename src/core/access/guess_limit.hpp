@@ -8,7 +8,7 @@
 
 namespace webots_cloud::core {
 
-/// Wrong ones: so many at once, and so many a second in the long run.
+/// Wrong ones: how many at once, and how many a second in the long run.
 struct Guesses
 {
     std::size_t burst;

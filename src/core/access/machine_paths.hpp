@@ -39,7 +39,7 @@ struct MachinePath
 std::optional<MachinePath> split_machine_path(std::string_view path) noexcept;
 
 /// The machines of the list that have a path, and which of them are passed on to: those that have answered
-/// their last poll as a simulation server of ours. So names and announcements can't point the gateway at
+/// their last poll as our simulation servers do. So names and announcements can't point the gateway at
 /// other services of the network, and an address that a machine has left leads to nobody else.
 ///
 /// No part of a request becomes a host or a port.
@@ -60,7 +60,7 @@ public:
 
     bool empty() const noexcept { return machines_.empty(); }
 
-    /// Below this path of ours browsers reach a machine: `/machine/<id>`. Empty: it has none.
+    /// Browsers reach a machine below this path here: `/machine/<id>`. Empty: it has none.
     std::string_view path_of(std::string_view address) const noexcept;
 
     struct Found

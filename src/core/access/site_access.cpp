@@ -1,3 +1,5 @@
+// Which names and pages a server accepts follows from how far its own name reaches: this machine, a private
+// network, or everybody. docs/access.md has the table; access_control.cpp asks.
 #include "site_access.hpp"
 
 #include "asked_name.hpp"

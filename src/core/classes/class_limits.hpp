@@ -39,7 +39,7 @@ inline constexpr int held_seat_burst = 2;
 inline constexpr std::size_t joins_burst = 100; ///< Of one address: as many students at once,
 inline constexpr double joins_a_second = 1;     ///< and in the long run.
 
-/// A picture waits behind at most so many bytes that a teacher's browser has not taken; else it is dropped.
+/// A picture waits behind at most this many bytes that a teacher's browser has not taken; else it is dropped.
 inline constexpr std::size_t queue_before_picture = 32 * 1024;
 
 /// Wrong codes, of one client and of all together. A class behind one address mistypes codes more often than

@@ -1,3 +1,5 @@
+// Reads what pages of a class say, and writes what they are told. Only the form is judged here: what a
+// message may do is decided by class_book.cpp. The fields are those of protocol section 13.15.
 #include "class_messages.hpp"
 
 #include "class_limits.hpp"

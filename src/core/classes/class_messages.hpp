@@ -87,7 +87,7 @@ struct TellStudents
     std::string text; ///< Of `message`.
 };
 
-/// Who has the old code can't come in with it any more.
+/// The old code no longer lets anybody in.
 struct RenewCode
 {};
 

@@ -19,11 +19,11 @@ struct PictureTerms
     bool operator==(PictureTerms const&) const = default;
 };
 
-/// For so many students: with what is told about them it takes less than 2 Mbit/s to the teacher, as 30
+/// For this many students: with what is told about them it takes less than 2 Mbit/s to the teacher, as 30
 /// students do with two pictures a second each.
 PictureTerms picture_terms(std::size_t students);
 
-/// Whether a text is base64 (RFC 4648, section 4) of a JPEG of at most so many bytes and pixels. A browser
+/// Whether a text is base64 (RFC 4648, section 4) of a JPEG of at most this many bytes and pixels. A browser
 /// that decodes it takes memory for all pixels that the file claims to have.
 bool is_picture_in_base64(std::string_view text, PictureTerms const& terms);
 

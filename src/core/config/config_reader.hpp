@@ -26,8 +26,8 @@ struct OtherServer
     std::span<ConfigTopic const> topics = {};
 };
 
-/// One configuration file being read. Whoever asks for a key that the table lacks, or of another type, or
-/// doesn't ask for all of them, gets a `std::logic_error`.
+/// One configuration file being read. A caller that asks for a key that the table lacks, or of another type,
+/// or doesn't ask for all of them, gets a `std::logic_error`.
 class ConfigReader
 {
 public:

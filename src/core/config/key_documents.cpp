@@ -1,3 +1,5 @@
+// The tables of keys as documents: the JSON Schema that editors use, from which docs/configuration.md is
+// made, and the page that --help KEY prints. No fact about a key is written here.
 #include "key_documents.hpp"
 
 #include "config_reader.hpp"

@@ -1,3 +1,5 @@
+// How each type of member is read, shown and compared. A key of a new type needs a function here; a new key
+// of a known type needs none.
 #include "key_value.hpp"
 
 #include "config_reader.hpp"

@@ -1,3 +1,6 @@
+// Our own reader of JSON, because libraries stop at the first mistake and forget where values stood. It works
+// from left to right and goes on behind a fault where that is possible; config_reader.cpp turns places into
+// lines and columns.
 #include "positioned_json.hpp"
 
 #include "core/text.hpp"

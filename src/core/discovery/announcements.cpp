@@ -1,3 +1,5 @@
+// Announcements are signed, and carry a time and a receiver. Machines that fall silent are forgotten.
+// docs/discovery.md says what operators see of it, protocol section 13.17 what is sent.
 #include "announcements.hpp"
 
 #include "core/base64.hpp"

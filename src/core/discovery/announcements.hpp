@@ -66,7 +66,7 @@ public:
     /// Precondition: the signature is right.
     AnnouncementVerdict take(Announcement const& announcement, bool loopback, TimePoint now, WallTime wall);
 
-    /// Who has been silent for too long, longest first.
+    /// Machines that have been silent for too long, longest first.
     std::vector<std::string> forget_silent(TimePoint now, WallTime wall);
 
     /// In the order of their names.

@@ -34,7 +34,7 @@ public:
     /// Something has been named or forgotten since the last `take`.
     bool is_outdated() const noexcept { return !touched_.empty(); }
 
-    /// What is different from what was taken before, one after the other, of at most so many machines.
+    /// What is different from what was taken before, one after the other, of at most this many machines.
     std::vector<ServerChange> take(std::size_t machines);
 
     /// As it was taken last.

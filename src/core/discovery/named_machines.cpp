@@ -1,3 +1,5 @@
+// Decides what a lookup means for the list of machines: new ones are taken at once, missing ones are kept for
+// as long as a name server may simply be wrong. machine_discovery.cpp asks the questions.
 #include "named_machines.hpp"
 
 #include "core/text.hpp"

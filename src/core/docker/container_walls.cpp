@@ -1,3 +1,5 @@
+// Writes a second compose file that takes capabilities, networks and displays away from what the operator's
+// grants. The services are found by indentation: where that fails, the simulation does not start.
 #include "container_walls.hpp"
 
 #include "core/text.hpp"

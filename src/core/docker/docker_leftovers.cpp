@@ -1,3 +1,5 @@
+// Decides what is ours in a listing of Docker's, by names and labels with random bits: on a shared machine,
+// removing one container too many is worse than leaving one. docker_cleanup.cpp carries it out.
 #include "docker_leftovers.hpp"
 
 #include "core/text.hpp"

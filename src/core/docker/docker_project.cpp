@@ -1,3 +1,5 @@
+// Decides how a project runs in containers: image, compose file, and the values that both get. What a
+// stranger can choose ends up in files that compose and shells read, so only harmless characters pass.
 #include "docker_project.hpp"
 
 #include "characters.hpp"

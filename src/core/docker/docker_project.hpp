@@ -62,8 +62,8 @@ std::string with_extern_participant(std::string_view world);
 std::string with_last_step(std::string_view dockerfile, std::string_view server);
 
 /// The name of a simulation for compose, with which those of its containers, networks and images begin:
-/// `webots-2000-1f3a9c4d-17-<token>`. Whoever builds an image could start from a simulation's whose name they
-/// know: nobody guesses the token, 32 hexadecimal digits.
+/// `webots-2000-1f3a9c4d-17-<token>`. Somebody who builds an image could start from a simulation's whose name
+/// they know: nobody guesses the token, 32 hexadecimal digits.
 std::string compose_project(std::string_view identity, std::string_view label, std::string_view token);
 
 /// The values that compose puts into its file.

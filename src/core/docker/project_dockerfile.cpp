@@ -1,3 +1,5 @@
+// Writes a Dockerfile anew from one that a stranger wrote: known instructions alone, each in one line, so
+// that every version of docker reads what was checked here. docs/docker.md lists what is allowed.
 #include "project_dockerfile.hpp"
 
 #include "characters.hpp"

@@ -1,3 +1,5 @@
+// Walks down to the wanted folder, and lists what becomes of each entry: names that are safe, links that stay
+// inside, files of the folders above within a limit. Nothing is written before all of it is known.
 #include "git_layout.hpp"
 
 #include "core/safe_names.hpp"

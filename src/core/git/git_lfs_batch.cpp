@@ -1,3 +1,5 @@
+// The LFS server's answer names addresses and headers for our next requests, so it is the answer of somebody
+// who would like us to ask elsewhere. Only what storage needs passes; git_lfs.cpp does the requests.
 #include "git_lfs_batch.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// Where a branch ends and the folder begins can't be seen in an address: branch names have slashes. The refs
+// of the server decide, and refusals name the part that none of them explains.
 #include "git_refs.hpp"
 
 #include "core/text.hpp"

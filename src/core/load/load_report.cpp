@@ -1,3 +1,5 @@
+// Reads and writes answers to /load (protocol section 4.2). A plain number comes from the Python servers,
+// JSON from ours. A machine is not trusted: a report with one value that can't be true counts as no report.
 #include <webots_cloud/load_report.hpp>
 
 #include "core/machine_labels.hpp"

@@ -12,7 +12,7 @@
 
 namespace webots_cloud::core {
 
-/// Appends a number with at most so many decimals and no superfluous zeros; `null` for what is not finite.
+/// Appends a number with at most this many decimals and no superfluous zeros; `null` for what is not finite.
 void append_number(std::string& text, double value, int decimals);
 
 /// Appends a string in quotes, escaped.

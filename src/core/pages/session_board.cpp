@@ -1,3 +1,5 @@
+// Keeps the texts of the session server's monitor page, and remembers which have changed, so that each of
+// many watchers is sent the same few bytes. Who sends them, and when, is the service's business.
 #include "session_board.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// The HTML of the simulation server's monitor page as it is first sent; scripts in src/web/monitor keep it up
+// to date. All text from elsewhere is escaped where it is put in.
 #include "monitor_page.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// Regressions that learn from small samples what a session costs, how many browsers never come, and what
+// other session servers send. The constants were found by simulation: docs/scheduling.md.
 #include "placement_estimate.hpp"
 
 #include <algorithm>

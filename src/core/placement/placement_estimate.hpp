@@ -46,7 +46,7 @@ private:
 /// The uncertainty about the sessions of a sample.
 struct Doubt
 {
-    double unclaimed = 0;       ///< Unclaimed placements: up to so many more sessions may be there.
+    double unclaimed = 0;       ///< Unclaimed placements: up to this many more sessions may be there.
     bool no_departures = false; ///< None is known to have left of late, so none explains a fall.
 };
 

@@ -63,7 +63,7 @@ public:
 
     // Those offered, by position: dense, in no order. Overcommitted machines only while there are no others.
     std::size_t offered() const noexcept { return roomy_ != 0 ? roomy_ : usable_.size(); }
-    /// The first so many positions have room, those after them up to usable() are overcommitted.
+    /// The first positions, this many, have room, those after them up to usable() are overcommitted.
     std::size_t roomy() const noexcept { return roomy_; }
     std::size_t usable() const noexcept { return usable_.size(); }
     std::size_t slot_at(std::size_t position) const noexcept { return usable_[position]; }

@@ -1,3 +1,5 @@
+// Keeps the last decisions with all that they saw, so that one can be explained or repeated later. Placing
+// must not allocate, hence records of a fixed size.
 #include "placement_log.hpp"
 
 #include "placement_selection.hpp"

@@ -399,7 +399,7 @@ Refusal Machine::refusal(bool is_taught, SchedulerParams const& params) const no
     return Refusal::none;
 }
 
-/// Percent: in use, and with so many sessions more, some of them known.
+/// Percent: in use, and with this many sessions more, some of them known.
 double Machine::memory_with(KnownSessions const& known, double sessions) const noexcept
 {
     if (!last_.memory)

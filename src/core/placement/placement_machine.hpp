@@ -41,7 +41,7 @@ struct KnownSessions
     double units = 0;
     double variance = 0;
     double memory = 0; ///< Bytes,
-    double sized = 0;  ///< of so many of them.
+    double sized = 0;  ///< of this many of them.
 
     void add(ExpectedCost const& cost, double sessions) noexcept
     {
@@ -71,7 +71,7 @@ struct KnownSessions
         memory *= part;
         sized *= part;
     }
-    /// Units of so many sessions, of which these are known.
+    /// Units of this many sessions, of which these are known.
     double units_of(double sessions) const noexcept { return sessions - count + units; }
 };
 
@@ -138,7 +138,7 @@ public:
     std::uint32_t free_seats() const noexcept { return free_seats_; }
 
     bool counts_sessions() const noexcept { return last_.sessions.has_value(); }
-    /// Whoever came there before `since` is in its last report.
+    /// Browsers that came there before `since` are in its last report.
     bool shows_arrivals_since(TimePoint since) const noexcept
     {
         return counts_sessions() && reported_at_ >= since;

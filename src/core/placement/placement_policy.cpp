@@ -11,7 +11,7 @@ namespace {
 
 /// Below this many unseen sessions of others, spreading costs more balance than it saves.
 constexpr double negligible = 0.02;
-/// Up to so many unseen sessions, the sixteen lowest machines determine the water level.
+/// Up to this many unseen sessions, the sixteen lowest machines determine the water level.
 constexpr double much = 8;
 constexpr double max_parts = 1 << 20;
 

@@ -156,7 +156,7 @@ public:
     /// Takes back those that never came: their reservations ran out.
     void forget(std::uint32_t expired) noexcept { older_ = std::max(0.0, older_ - expired); }
 
-    /// Takes back one that was added so many eighths ago.
+    /// Takes back one that was added this many eighths ago.
     void take_back(std::size_t age) noexcept
     {
         if (age < age_count && recent_[age] != 0)

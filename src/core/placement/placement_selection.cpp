@@ -1,3 +1,5 @@
+// For requests that not every machine suits (labels, exclusions, costs, cached projects) all machines are
+// looked at and ranked; the indexes of the Fleet serve the others.
 #include "placement_selection.hpp"
 
 #include <algorithm>

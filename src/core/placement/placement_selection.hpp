@@ -41,7 +41,7 @@ public:
     /// To be called after those: where the best machine has reported since then, others have placed nobody
     /// there unseen.
     void believe_reports(Fleet const& fleet, TimePoint since) noexcept;
-    /// The best so many of these machines. Changes the order of entries().
+    /// The best of these machines, this many. Changes the order of entries().
     std::span<Entry const> best(std::size_t count) noexcept;
 
     std::span<Entry const> entries() const noexcept { return entries_; }

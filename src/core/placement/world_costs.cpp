@@ -1,3 +1,5 @@
+// Learns from reports what a session of a world costs, and forgets slowly. A world that is new begins with
+// what its repository, its mode or the whole fleet costs. docs/scheduling.md says how well that works.
 #include "world_costs.hpp"
 
 #include <algorithm>

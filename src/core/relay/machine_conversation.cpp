@@ -17,7 +17,7 @@ constexpr std::string_view token_prefix = "reconnectToken: ";
 
 constexpr std::size_t max_labels = 32;
 
-/// A server of ours says something as soon as it is asked, and once a second from then on.
+/// One of our servers says something as soon as it is asked, and once a second from then on.
 constexpr Duration patience_with_ours = std::chrono::seconds(10);
 /// A Python server says nothing while it clones.
 constexpr Duration patience_with_others = std::chrono::minutes(5);

@@ -12,7 +12,7 @@
 
 namespace webots_cloud::core {
 
-/// Who waits for the answer of which machine.
+/// Which browser waits for the answer of which machine.
 ///
 /// A machine is asked once, however many browsers wait for its answer, none of them for longer than
 /// `patience`. One that has not answered in that time is not asked for 10 s, so it delays those few who came

@@ -1,3 +1,5 @@
+// Knows both versions of control groups: where they are mounted, what their files are called, and how to read
+// them. The system calls are in adapters/process/control_groups.cpp.
 #include "control_groups.hpp"
 
 #include "core/load/cgroup_text.hpp"

@@ -1,3 +1,5 @@
+// The arguments for Slurm's programs and the meaning of what they print. Other users choose the names of
+// their jobs, so rows are believed only where they can't be forged.
 #include "cluster_tables.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// Sorts lines of a job by who wrote them: Slurm, our guard, or the simulator, which may imitate the first but
+// not the second. The sentences for browsers are made here too.
 #include "job_output.hpp"
 
 #include "core/text.hpp"

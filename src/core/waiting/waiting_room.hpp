@@ -29,7 +29,7 @@ struct WaitingRoomParams
 /// or that of the last one of its group who waits, if that is later, so that a group is served in the order
 /// of arrival; the lowest rank is first, the lowest id among equals. A rank never changes once it is given.
 /// So nobody is ever overtaken by somebody who came more than `max_penalty` later; and since any group may
-/// have only so many of the places, nobody can fill the room alone. Ranks are moments of the calendar, to
+/// have only a part of the places, nobody can fill the room alone. Ranks are moments of the calendar, to
 /// outlive a restart: where the calendar is set back by t, the bound is `max_penalty` + t for those who
 /// waited then.
 ///
@@ -98,7 +98,7 @@ public:
 
     std::size_t size() const noexcept { return line_.size(); }
 
-    /// Who has that many ahead.   Precondition: less than `size()`.
+    /// The one with that many ahead.   Precondition: less than `size()`.
     Customer& at(std::size_t ahead) const { return *line_[ahead]; }
 
     /// How many are ahead.   Precondition: it is in the line.
@@ -114,7 +114,7 @@ public:
 
     WaitingRoomParams const& params() const noexcept { return params_; }
 
-    /// Whoever waits keeps place and rank, even where there are now fewer places.
+    /// Those who wait keep place and rank, even where there are now fewer places.
     void apply(WaitingRoomParams params) { params_ = params; }
 
 private:

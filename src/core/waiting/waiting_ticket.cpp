@@ -1,3 +1,5 @@
+// A ticket is the place itself, signed: the server keeps no list over a restart. It names its group by a
+// keyed hash, so that nobody learns addresses from it, and yet a place goes on counting for its network.
 #include "waiting_ticket.hpp"
 
 #include "core/access/ip_address.hpp"

@@ -44,9 +44,9 @@ std::string waiting_group(Mac const& mac, std::string_view key);
 /// In base64url (RFC 4648, section 5).   Precondition: the group is a `waiting_group`.
 std::string make_waiting_ticket(Mac const& mac, WaitingTicket const& ticket);
 
-/// A ticket of ours that may be used now, from any bytes; else nothing: one that is damaged or not ours, was
-/// made more than `waiting_ticket_lifetime` ago, comes from the future (5 s are allowed to the clock, and a
-/// rank may lie `max_penalty` ahead), or whose browser has waited for more than a day.
+/// One of our tickets that may be used now, from any bytes; else nothing: one that is damaged or not ours,
+/// was made more than `waiting_ticket_lifetime` ago, comes from the future (5 s are allowed to the clock, and
+/// a rank may lie `max_penalty` ahead), or whose browser has waited for more than a day.
 std::optional<WaitingTicket> read_waiting_ticket(Mac const& mac, std::string_view text, WallTime now,
                                                  Duration max_penalty);
 

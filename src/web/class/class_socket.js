@@ -41,7 +41,7 @@ export class ClassSocket extends EventTarget {
       this.#socket.send(JSON.stringify(message));
   }
 
-  // Whether something should arrive at least every so many milliseconds: then a connection that is silent is given up. 0: no.
+  // Whether something should arrive at least once in this many milliseconds: then a connection that is silent is given up. 0: no.
   expect(milliseconds) {
     this.#silence = milliseconds;
     this.#heard = Date.now();

@@ -201,7 +201,7 @@ export class Teacher {
     this.#sayFetching();
   }
 
-  // Tickets in the addresses of machines are good for a minute: who returns to the class gets new ones.
+  // Tickets in the addresses of machines are good for a minute: a teacher who returns to the class gets new ones.
   #fetchAgain() {
     this.#isFetchedAgain = true;
     this.#socket.close();

@@ -20,7 +20,7 @@ export function siteText(state) {
   }
 }
 
-// In short: only who finds a free machine is served at once.
+// In short: only a visitor who finds a free machine is served at once.
 function shortOf(state) {
   switch (state) {
     case 'free': return 'available';

@@ -14,7 +14,7 @@ import { SILENT_MS, Watch, whenBack } from './watch.js';
 
 const RETURN_MS = 300000; // how long to try to return; the server has its own limit, and says when that is over
 const RETRY_MS = 1000;
-const LINE_SILENT_MS = 25000; // who waits hears something every 10 s
+const LINE_SILENT_MS = 25000; // a page that waits hears something every 10 s
 const FIRST_OPENING_MS = 30000;
 const RETURN_ANSWER_MS = 5000;
 const BROKEN = [1006, 1012, 1013, 1014]; // the others mean that a server has closed the connection on purpose

@@ -86,7 +86,7 @@ export class Picture {
     this.#surface.setAttribute('aria-label', say('picture.name'));
   }
 
-  // The picture in at most so many pixels, as an OffscreenCanvas; null while there is none. Throws where scripts may not read it.
+  // The picture in at most this many pixels, as an OffscreenCanvas; null while there is none. Throws where scripts may not read it.
   snapshot(limits) {
     if (this.#surface.dataset.live === undefined)
       return null;
@@ -117,7 +117,7 @@ export class Picture {
     this.#input.send = null;
   }
 
-  // Who can move the camera must reach the picture with the keyboard, and screen readers must leave its keys to it.
+  // A person who can move the camera must reach the picture with the keyboard, and screen readers must leave its keys to it.
   #describe(viewOnly) {
     this.#surface.setAttribute('role', viewOnly ? 'img' : 'application');
     if (viewOnly)

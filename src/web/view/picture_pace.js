@@ -57,7 +57,7 @@ export class PicturePace {
   }
 
   // Says what to do: 'keep', 'shrink' (begin a new stream with smaller pictures: those on their way are old), 'grow', or 'renew'
-  // (begin a new stream with pictures of the same size). Who can't choose the size (`fixed`) only renews.
+  // (begin a new stream with pictures of the same size). A page that can't choose the size (`fixed`) only renews.
   decide(now, fixed = false) {
     this.#arrived = this.#arrived.filter(({ at }) => now - at < WINDOW_MS);
     if (now - this.#changed < this.#settling)

@@ -110,7 +110,7 @@ export class Scene {
     this.#player?.sayNames();
   }
 
-  // The scene in at most so many pixels, as an OffscreenCanvas; null while there is none. What is drawn can be read until the frame
+  // The scene in at most this many pixels, as an OffscreenCanvas; null while there is none. What is drawn can be read until the frame
   // is shown, so this waits for the next one, which a hidden page does not have.
   async snapshot(limits) {
     if (this.#world === null || this.#waiting !== 0)
@@ -388,7 +388,7 @@ export class Scene {
   }
 }
 
-// Who answers something else than a server with the library or one without it, as a proxy does whose server is down, knows nothing.
+// An answer that neither a server with the library nor one without it gives, such as that of a proxy whose server is down, says nothing.
 async function hasLibrary() {
   embedded ??= await fetchAgain(LIBRARY, { method: 'HEAD' }).then(({ ok, status }) => (ok || status === 404 ? ok : undefined), () => undefined);
   return embedded === true;

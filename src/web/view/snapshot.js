@@ -2,7 +2,7 @@
 
 const QUALITIES = [0.75, 0.6, 0.45, 0.3, 0.15];
 
-// What `source` (an image or a canvas) shows, in at most so many pixels; the proportions stay. Throws where scripts may not read it.
+// What `source` (an image or a canvas) shows, in at most this many pixels; the proportions stay. Throws where scripts may not read it.
 export function shrink(source, { width, height }) {
   const [fullWidth, fullHeight] = [source.naturalWidth ?? source.width, source.naturalHeight ?? source.height];
   const scale = Math.min(1, width / fullWidth, height / fullHeight);
@@ -14,7 +14,7 @@ export function shrink(source, { width, height }) {
   return small;
 }
 
-// Finds the best quality with which pictures of a simulation have at most so many bytes. It is much the same for all of them.
+// Finds the best quality with which pictures of a simulation have at most this many bytes. It is much the same for all of them.
 export class JpegEncoder {
   #first = 0; // what was good enough for the last picture
 

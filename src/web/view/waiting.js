@@ -45,7 +45,7 @@ export function returningText(seconds) {
   return seconds > 0 ? say('waiting.returning', { seconds }) : say('waiting.returningLate');
 }
 
-// Of the page, which people see while they look at others. `place` is null for who does not wait, and has no
+// Of the page, which people see while they look at others. `place` is null for a page that does not wait, and has no
 // `ahead` where it is not known.
 export function waitingTitle(title, place) {
   if (place === null)

@@ -383,7 +383,7 @@ export class View {
   }
 
   // A window that the toolbar does not have does not open by itself either.
-  // Who only watches somebody else's simulation opens its windows, if at all, by pressing a button.
+  // A person who only watches somebody else's simulation opens its windows, if at all, by pressing a button.
   #announceWindow(window) {
     const mayOpen = !this.broadcast && this.#shown('showRobotWindow');
     this.#windows.announce({ ...window, visible: window.visible && mayOpen }, this.#base);

@@ -475,7 +475,7 @@ whenBack(offerScene);
 element('extend').addEventListener('click', () => session?.extend());
 document.addEventListener('visibilitychange', setHidden);
 setInterval(() => session !== null && showDeadline(), 1000);
-// Who comes back, by a reload or with the button Back, finds the simulation again.
+// Somebody who comes back, by a reload or with the button Back, finds the simulation again.
 window.addEventListener('pagehide', () => {
   if (ticket !== null)
     remember(ticket); // a place is kept for so long from now on
