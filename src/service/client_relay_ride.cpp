@@ -76,7 +76,7 @@ void ClientRelay::pass_on(Browser& browser, std::string message)
     if (!is_greedy)
         return;
     ride.is_at_fault = true;
-    refuse(browser, "This page says too much: please start again.");
+    refuse(browser, "This page sends too much: please start again.");
 }
 
 /// Finds a machine, where the browser goes next.

@@ -50,7 +50,7 @@ result<LoadReport> judge(result<HttpResponse> const& response, bool must_be_ours
                        core::concat("answered HTTP ", std::to_string(response->status)));
     auto report = parse_load_report(response->body);
     if (report && must_be_ours && !report->arrivals)
-        return Failure(errc::protocol_error, "it is no simulation server of webots_cloud");
+        return Failure(errc::protocol_error, "it is not a simulation server of webots_cloud");
     return report;
 }
 

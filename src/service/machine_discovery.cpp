@@ -247,7 +247,7 @@ asio::awaitable<void> MachineDiscovery::Impl::look_up(std::shared_ptr<WatchedNam
 void MachineDiscovery::Impl::forget_silent()
 {
     for (auto const& machine : announced.forget_silent(clock.now(), clock.wall())) {
-        log.warning(concat(machine, " announces itself no longer, and is forgotten"));
+        log.warning(concat(machine, " no longer announces itself, and is forgotten"));
         list.forget(announced_source(), machine);
     }
 }

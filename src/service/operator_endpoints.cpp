@@ -257,7 +257,7 @@ Answer OperatorEndpoints::watch_by_key(IncomingRequest const& request)
     expire_old_pages();
     auto const now = context_.clock.now();
     if (!view_keys_.knows(request.path.substr(core::watch_folder.size()), now)) {
-        HttpResponse old(410, std::string(core::html_type), "This page has grown old. Please reload it.");
+        HttpResponse old(410, std::string(core::html_type), "This page is out of date. Please reload it.");
         old.headers.emplace_back("Access-Control-Allow-Origin", "*");
         return old;
     }

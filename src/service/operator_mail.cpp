@@ -60,7 +60,7 @@ OperatorMail::~OperatorMail() = default;
 void OperatorMail::apply(OperatorMailParams params)
 {
     if (params.administrator.empty())
-        impl_->give_up_everything("nobody is to get mails any more");
+        impl_->give_up_everything("no recipient is configured any more");
     impl_->params = std::move(params);
     impl_->monitor = core::monitor_url(impl_->params.address);
     impl_->problem.reset();

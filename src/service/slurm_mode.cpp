@@ -147,8 +147,8 @@ asio::awaitable<void> SlurmMode::Impl::end_left_overs(std::vector<std::string> k
 
 asio::awaitable<void> SlurmMode::Impl::end(std::vector<std::string> left)
 {
-    log.info(LogCause("left-overs"),
-             concat("Slurm: ends ", std::to_string(left.size()), " jobs of ours that nobody waits for"));
+    log.info(LogCause("left-overs"), concat("Slurm: ends ", std::to_string(left.size()),
+                                            " jobs of this server that nobody waits for"));
     auto const ended = co_await run(params.scancel, core::cancel_arguments(std::move(left)));
     if (!ended)
         log.warning(LogCause("left-overs"), concat("Slurm: jobs can't be ended: ", ended.error().message()));

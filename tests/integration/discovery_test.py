@@ -159,7 +159,7 @@ class Announcements(unittest.TestCase):
                 simulation.process.wait()
                 wait_until(lambda: session.get("/") == "0", "it answers no poll")
                 wait_until(lambda: machines(session) == {}, "it is forgotten", 45)
-            self.assertIn("announces itself no longer, and is forgotten", session.log())
+            self.assertIn("no longer announces itself, and is forgotten", session.log())
 
     def test_only_who_knows_the_secret_is_heard_and_nothing_is_heard_twice(self):
         with self.listening() as session:

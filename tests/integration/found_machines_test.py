@@ -218,7 +218,7 @@ class ByName(Site):
         self.assertEqual(service.stdout.readline(), "listens\n")
         self.names.tell(sim=["10.80.0.2", "127.0.0.1", "169.254.169.254"])
         session = self.session({"address": f"dns:sim.test:{PORT}", "internal": "http"}, relay=True)
-        wait_until(lambda: self.found(session).get(f"10.80.0.2:{PORT}", ("", ""))[1] == "it is no simulation server of webots_cloud",
+        wait_until(lambda: self.found(session).get(f"10.80.0.2:{PORT}", ("", ""))[1] == "it is not a simulation server of webots_cloud",
                    lambda: f"it is found out: {self.found(session)}")
         self.assertEqual(set(self.found(session)), {f"10.80.0.2:{PORT}"})
         path = self.found(session)[f"10.80.0.2:{PORT}"][0]

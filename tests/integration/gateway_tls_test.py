@@ -216,7 +216,7 @@ class WhomItTrusts(Site):
         for machine, sentence in ((expired, r"its certificate expired on .* GMT: renew it there"),
                                   (other, r"its certificate is for other\.example\.org, 10\.1\.2\.3, not for localhost"),
                                   (unknown, r"put the authority's certificate into \"caFile\""),
-                                  (signed_itself, r"nobody whom we trust has signed its certificate: .*\"caFile\""),
+                                  (signed_itself, r"no authority that this server trusts has signed its certificate: .*\"caFile\""),
                                   (plain, r"it was asked by https, and speaks no TLS")):
             wait_until(lambda: re.search(sentence, self.problem(session, machine)), lambda: f"{sentence}\n{self.problem(session, machine)}")
             self.assertEqual(self.fetch(f"/{machine.port}/load")[0], 502)
@@ -245,7 +245,7 @@ class WhomItTrusts(Site):
         with open(file, "w") as nothing:
             nothing.write("no certificate")
         self.assertEqual(self.fetch(f"/{machine.port}/load")[0], 200)
-        wait_until(lambda: "Whom this server trusts stays as it was" in session.log(), session.log)
+        wait_until(lambda: "The certificates that this server trusts stay as they were" in session.log(), session.log)
 
     async def test_the_configurations_of_two_machines_make_a_site(self):
         """With two certificates that have signed themselves, as ./server.sh makes them."""

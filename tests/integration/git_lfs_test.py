@@ -284,7 +284,7 @@ class HostileLfsTest(LfsCase):
                               (b"[" * 100_000, "sends no JSON"), ({}, "sends no objects"), ([], "sends no JSON"),
                               ({"objects": [good] * 10_000}, "sends more objects than it was asked for"),
                               ({"objects": [{"oid": "b" * 64, "size": 1}]}, "sends an object that it was not asked for"),
-                              ({"transfer": "tus", "objects": []}, "wants a transfer that nobody asked for"),
+                              ({"transfer": "tus", "objects": []}, "wants a transfer that was not asked for"),
                               (b" " * (2 << 20), "larger than 1 MB")):
             self.assertIn(words, self.error_of_batch(answer), words)
         self.lfs.answers["batch"] = lambda handler: handler.answer_for_ever()

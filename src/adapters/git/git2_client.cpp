@@ -110,7 +110,8 @@ struct NoDatabase : git_odb_backend
             auto& database = *static_cast<NoDatabase*>(self);
             return database.transport.attempt([&]() -> result<> {
                 if (!database.target.pack)
-                    return Failure(core::GitProblem::malformed, "the git server sends what nobody asked for");
+                    return Failure(core::GitProblem::malformed,
+                                   "the git server sends what it was not asked for");
                 *out = new PackWriter(database.transport, database.target, self);
                 return {};
             });

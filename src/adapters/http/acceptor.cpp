@@ -70,7 +70,7 @@ result<> Acceptor::listen(std::string const& address, std::uint16_t port)
     auto const where = asio::ip::make_address(address, error);
     if (error)
         return Failure(errc::invalid_argument,
-                       concat("\"", address, "\" is no numeric address to listen on"));
+                       concat("\"", address, "\" is not a numeric address to listen on"));
     auto opened = open({where, port});
     // A machine without IPv6 still has every IPv4 address.
     if (!opened && where == asio::ip::address_v6::any())

@@ -143,7 +143,7 @@ result<> NetworkServer::listen()
         return {};
     if (!proxies_.malformed().empty())
         return Failure(errc::invalid_config,
-                       concat("A trusted proxy is no address and no network: ", proxies_.malformed()));
+                       concat("A trusted proxy is neither an address nor a network: ", proxies_.malformed()));
     if (!params_.tls_certificate.empty()) {
         certificate_.emplace(params_.tls_certificate, params_.tls_key, log_);
         if (auto const loaded = certificate_->load(); !loaded)

@@ -122,9 +122,8 @@ std::string describe(X509_STORE_CTX* verification)
                       expected_host(verification), ": ask for it by a name of its certificate");
     case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
     case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:
-        return "nobody whom we trust has signed its certificate: put the certificate of its authority, or "
-               "its "
-               "own where it has signed itself, into \"caFile\"";
+        return "no authority that this server trusts has signed its certificate: put that of its authority, "
+               "or its own if it is self-signed, into \"caFile\"";
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY:
     case X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE:
@@ -224,7 +223,8 @@ result<SSL_CTX*> TlsTrust::context()
     if (!loaded) {
         if (is_first)
             return loaded.error();
-        log_.error(concat("Whom this server trusts stays as it was: ", loaded.error().message()));
+        log_.error(
+            concat("The certificates that this server trusts stay as they were: ", loaded.error().message()));
         return context_.get();
     }
     context_ = std::move(*loaded);
@@ -259,7 +259,7 @@ std::string handshake_problem(SSL const* tls, unsigned long openssl_error, std::
     // What came is no TLS, as the answer of a server of plain HTTP.
     if (ERR_GET_LIB(openssl_error) == ERR_LIB_SSL &&
         ERR_GET_REASON(openssl_error) == SSL_R_WRONG_VERSION_NUMBER)
-        return "it was asked by https, and speaks no TLS (plain http, perhaps)";
+        return "it was asked by https, and speaks no TLS (perhaps plain http)";
     char const* const reason = openssl_error != 0 ? ERR_reason_error_string(openssl_error) : nullptr;
     return concat("TLS failed: ", reason ? std::string_view(reason) : otherwise);
 }

@@ -116,7 +116,7 @@ asio::awaitable<result<>> UpstreamSocket::connect_directly(Upstream const& upstr
     else if (upstream.tls)
         addresses = co_await resolve(upstream.host);
     else
-        addresses = Failure(errc::unreachable, concat("\"", upstream.host, "\" is no numeric address"));
+        addresses = Failure(errc::unreachable, concat("\"", upstream.host, "\" is not a numeric address"));
     if (!addresses)
         co_return addresses.error();
     boost::system::error_code failed = asio::error::host_not_found;

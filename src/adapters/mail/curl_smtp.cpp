@@ -65,9 +65,9 @@ private:
 result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params)
 {
     if (!core::is_mail_host(params.mail.server))
-        return Failure(errc::invalid_argument, "the mail server is no host name");
+        return Failure(errc::invalid_argument, "the mail server is not a host name");
     if (!core::is_mail_address(params.mail.sender) || !core::is_mail_address(params.mail.administrator))
-        return Failure(errc::invalid_argument, "a mail address is no plain address");
+        return Failure(errc::invalid_argument, "a mail address is not a plain address");
     if (!core::is_printable(params.mail.user) || !core::is_printable(params.mail.password))
         return Failure(errc::invalid_argument, "the mail server's user or password has control characters");
     if (!core::is_mail_host(params.own_name))

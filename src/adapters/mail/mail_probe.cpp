@@ -11,7 +11,7 @@ namespace webots_cloud {
 result<> try_mail_server(SmtpParams params)
 {
     if (!core::is_mail_host(params.mail.server))
-        return Failure(errc::invalid_argument, "the mail server is no host name");
+        return Failure(errc::invalid_argument, "the mail server is not a host name");
     if (!core::is_mail_host(params.own_name))
         params.own_name = "localhost"; // it greets, no more
     auto const curl = adapters::LoadedCurl::load();

@@ -81,7 +81,7 @@ result<> check_lfs_address(std::string_view url, std::string_view forge)
     auto const origin = read_origin(url);
     auto const home = read_origin(forge);
     if (!origin || !home)
-        return refused("sends an address that is none of HTTPS");
+        return refused("sends an address that is not HTTPS");
     if (home->tls && !origin->tls)
         return refused("sends an address without TLS");
     bool const is_private_home = !is_public_host(home->host);

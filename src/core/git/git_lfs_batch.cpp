@@ -148,7 +148,7 @@ result<Downloads> parse_lfs_batch(std::string_view answer, std::vector<LfsPointe
     auto const& message = value.get_object();
     auto const transfer = text_of(message, "transfer");
     if (!transfer.empty() && transfer != "basic")
-        return malformed("wants a transfer that nobody asked for");
+        return malformed("wants a transfer that was not asked for");
     auto const* const list = message.if_contains("objects");
     auto const* const answers = list ? list->if_array() : nullptr;
     if (!answers)

@@ -94,7 +94,7 @@ result<GitRef> parse_ref_line(std::string_view line)
     auto const words = split(line, ' ');
     auto const id = git_object_id(words[0]);
     if (words.size() < 2 || !id || words[1].empty())
-        return Failure(GitProblem::malformed, "the git server sent a ref that is none");
+        return Failure(GitProblem::malformed, "the git server sent a malformed ref");
     GitRef ref;
     ref.name = words[1];
     ref.id = *id;

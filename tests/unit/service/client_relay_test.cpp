@@ -847,7 +847,7 @@ BOOST_AUTO_TEST_CASE(a_browser_that_says_too_much_is_to_blame_itself)
     for (int i = 0; i < 3; ++i)
         browser.browser_says(std::string(8000, 'x'));
     fixture.world.settle();
-    BOOST_TEST(browser.sent.back() == "loading: Error: This page says too much: please start again.");
+    BOOST_TEST(browser.sent.back() == "loading: Error: This page sends too much: please start again.");
     browser.browser_leaves();
     fixture.world.settle();
     fixture.start(todays_start, "192.0.2.2");

@@ -249,7 +249,7 @@ BOOST_AUTO_TEST_CASE(what_answers_without_our_counters_may_be_taken_for_another_
     servers[0].must_be_ours = true;
     fixture.monitor.set_polled_servers(servers);
     fixture.start();
-    BOOST_TEST(fixture.monitor.servers().front().problem == "it is no simulation server of webots_cloud");
+    BOOST_TEST(fixture.monitor.servers().front().problem == "it is not a simulation server of webots_cloud");
     fixture.world.advance(6s);
     BOOST_TEST(fixture.monitor.servers().front().report.load == 8);
 }

@@ -277,7 +277,7 @@ BOOST_AUTO_TEST_CASE(announced_machines_come_and_go)
     BOOST_TEST(fixture.told == "a:1 b:1");
     fixture.world.advance(2s);
     BOOST_TEST(fixture.told == "a:1");
-    BOOST_TEST(fixture.log.contains("b:1 announces itself no longer, and is forgotten"));
+    BOOST_TEST(fixture.log.contains("b:1 no longer announces itself, and is forgotten"));
     fixture.announce("b:1");
     fixture.world.advance(1s);
     BOOST_TEST(fixture.told == "a:1 b:1");

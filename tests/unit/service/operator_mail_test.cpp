@@ -332,7 +332,7 @@ BOOST_AUTO_TEST_CASE(without_an_administrator_what_waits_goes_to_the_log_and_not
     fixture.note(LoadTransition::not_responding);
     fixture.mail.apply(OperatorMailParams());
     BOOST_TEST(fixture.log.lines.back().starts_with(
-        "Email to admin@b.org not sent (nobody is to get mails any more): "));
+        "Email to admin@b.org not sent (no recipient is configured any more): "));
     fixture.notifier.failure.reset();
     fixture.note(LoadTransition::working_again);
     fixture.world.advance(1h);

@@ -355,7 +355,7 @@ BOOST_AUTO_TEST_CASE(a_trusted_proxy_that_is_no_address_is_refused)
     BOOST_TEST_REQUIRE(!listening);
     BOOST_TEST((listening.error() == errc::invalid_config));
     BOOST_TEST(listening.error().message() ==
-               "A trusted proxy is no address and no network: proxy.example.org");
+               "A trusted proxy is neither an address nor a network: proxy.example.org");
 }
 
 BOOST_AUTO_TEST_CASE(this_computer_has_no_limit_because_proxies_are_there)

@@ -159,7 +159,7 @@ BOOST_AUTO_TEST_CASE(answers_that_make_no_sense_say_what_is_wrong)
     BOOST_TEST(why(std::string(100'000, '[')) == "sends no JSON");
     BOOST_TEST(why("{}") == "sends no objects");
     BOOST_TEST(why(R"({"objects":{}})") == "sends no objects");
-    BOOST_TEST(why(R"({"transfer":"ssh","objects":[]})") == "wants a transfer that nobody asked for");
+    BOOST_TEST(why(R"({"transfer":"ssh","objects":[]})") == "wants a transfer that was not asked for");
     BOOST_TEST(why(batch("{},{},{}")) == "sends more objects than it was asked for");
     BOOST_TEST(why(batch("1")) == "sends an object that it was not asked for");
     BOOST_TEST(why(batch(answer_of(std::string(64, 'c'), 5, good))) ==
@@ -207,8 +207,8 @@ BOOST_AUTO_TEST_CASE(files_come_over_tls_from_public_hosts)
          {"", "x", "file:///etc/passwd", "gopher://a.org/x", "https://user@cdn.example.com/x",
           "https://user:word@forge.org/x", "https:///x", "//cdn.example.com/x", "https://a b/x",
           "https://a.org\\@b/x", "https://%6cocalhost/x"})
-        BOOST_TEST(
-            check_lfs_address(url, forge).error().message() == "sends an address that is none of HTTPS", url);
+        BOOST_TEST(check_lfs_address(url, forge).error().message() == "sends an address that is not HTTPS",
+                   url);
     for (auto const* const url :
          {"https://localhost/x", "https://localhost./x", "https://127.0.0.1/x", "https://10.1.2.3/x",
           "https://169.254.169.254/latest", "https://192.168.1.1/x", "https://[::1]/x",
