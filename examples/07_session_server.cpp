@@ -1,7 +1,7 @@
-// Composes a session server by hand from the library's parts: a LoadMonitor polls the machines, a Scheduler
-// places browsers on them, a SessionService speaks with the browsers, AccessControl checks where requests
-// come from, and an HTTP server brings them. Take it as a start when you want to replace or add a part;
-// webots_cloud/servers.hpp has the whole server in one function.
+// Composes a session server by hand from the library's parts: a Fleet is the list of the machines, a
+// LoadMonitor polls them, a Scheduler places browsers on them, a SessionService speaks with the browsers,
+// AccessControl checks where requests come from, and an HTTP server brings them. Take it as a start when you
+// want to replace or add a part; webots_cloud/servers.hpp has the whole server in one function.
 //
 //     07_session_server PORT HOST:PORT...
 //
@@ -33,18 +33,17 @@ asio::awaitable<result<>> serve(asio::any_io_executor executor, std::uint16_t po
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor);
 
+    Fleet fleet; // what changes in this list later, all the others follow
+    fleet.set(machines);
     LoadMonitor monitor(*http, *clock);
     Scheduler scheduler;
     SessionServiceParams service_params;
     service_params.address.ssl = false; // browsers are sent to ws://
     service_params.address.port = port;
-    SessionService service(service_params, monitor, scheduler, *clock, log);
-    service.set_servers(machines); // of the monitor and the scheduler too
+    SessionService service(service_params, fleet, monitor, scheduler, *clock, log);
 
-    AccessParams access_params; // a server of this machine: foreign web pages may not use it
-    for (auto const& machine : machines)
-        access_params.machines.push_back(machine.address);
-    AccessControl access(access_params, service, *clock, log);
+    AccessControl access(AccessParams(), service, *clock, log);
+    access.follow(fleet); // without machines elsewhere, foreign web pages may not use it
     HttpServerParams server_params;
     server_params.port = port;
     auto const server = make_http_server(executor, server_params, log);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -24,9 +25,6 @@ struct AccessParams
     /// The public name of the server, as in the addresses that browsers get. If the name is one of this
     /// machine only (`localhost`), requests must name a known host.
     std::string server = "localhost";
-    /// Other machines that belong to the site, with or without ports. If `server` is a name of this machine
-    /// only, the reach of the site (this machine, a network, everybody) is the widest of theirs.
-    std::vector<std::string> machines;
     /// Other names of this machine, besides `server` and `localhost`.
     std::vector<std::string> host_names;
     /// Pages that may open WebSockets, as in `core::is_origin_pattern`. Default, nothing: on a public site
@@ -69,10 +67,11 @@ public:
     /// Takes other parameters and another check, from the next request on. Connections stay.
     void apply(AccessParams params, OperatorTokenCheck is_operator_token);
 
-    /// Another machine belongs to the site, as those of `AccessParams::machines`, from the next request on.
-    void add_machine(std::string_view machine);
-    /// One that was added, or was one of those, does so no longer.
-    void remove_machine(std::string_view machine);
+    /// The machines of the fleet belong to the site, from the next request on: if `AccessParams::server` is a
+    /// name of this machine only, the reach of the site (this machine, a network, everybody) is the widest of
+    /// theirs.
+    /// Lifetime: either may end first.
+    void follow(Fleet& fleet);
 
     Answer respond(IncomingRequest const& request) override;
     /// Those of `endpoint`. Whoever may not ask is told so when the body has come.

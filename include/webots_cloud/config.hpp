@@ -3,8 +3,8 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/public_address.hpp>
-#include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <cstdint>

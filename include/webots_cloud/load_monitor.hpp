@@ -4,6 +4,7 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/server_load.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http_client.hpp>
@@ -35,21 +36,6 @@ struct LoadMonitorParams
     bool tls = false;
 };
 
-/// A server to poll.
-struct PolledServer
-{
-    PolledServer() = default;
-    explicit PolledServer(std::string name) : address(std::move(name)) {}
-
-    std::string address;          ///< Its name, and where it is polled,
-    std::string internal_address; ///< unless this is given, as in its ServerSpec.
-    std::string internal_name;    ///< Likewise.
-    /// Only a report with the counters of our simulation servers will do: what answers otherwise is taken
-    /// for another service.
-    bool must_be_ours = false;
-    bool elsewhere = false; ///< As in its ServerSpec.
-};
-
 /// Polls `GET /load` of every server, each on its own schedule: a slow server does not delay the polls of
 /// others.
 ///
@@ -74,16 +60,21 @@ public:
     /// Errors: as make(), and the old ones stay.
     result<> apply(LoadMonitorParams params);
 
+    /// It polls the machines of the fleet, from now on, instead of those of the next three functions.
+    /// Lifetime: either may end first.
+    void follow(Fleet& fleet);
+
     /// The servers to poll from now on: added ones are polled at once, removed ones are forgotten, what is
     /// known of the others stays. Of equal addresses the first counts.
     void set_servers(std::vector<std::string> const& addresses);
-    void set_polled_servers(std::vector<PolledServer> const& servers);
 
     /// A single server of the list: a new one is polled at once; what is known of a known one stays, and it
-    /// is polled as said here from its next poll on. It stands in front of the server `before`, or at the end
+    /// is polled as said here from its next poll on, at its internal address if it has one. Of one with a
+    /// path of its own only a report with the counters of our simulation servers will do: what answers
+    /// otherwise is taken for another service. It stands in front of the server `before`, or at the end
     /// where that is not in the list. By default new ones come to the end, and known ones stay where they
     /// are.
-    void put_server(PolledServer const& server, std::optional<std::string_view> before = std::nullopt);
+    void put_server(ServerSpec const& server, std::optional<std::string_view> before = std::nullopt);
 
     /// It is forgotten, and polled no more.
     void remove_server(std::string_view address);

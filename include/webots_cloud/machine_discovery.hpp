@@ -4,7 +4,7 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
-#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -48,8 +48,8 @@ struct MachineDiscoveryHooks
     MachineDiscoveryHooks() = default;
 
     /// Called by `run` when there are other machines than before, with what is different, one after the
-    /// other. Of many machines it is called several times, each time for some, in different turns of the
-    /// event loop.
+    /// other, for Fleet::change. Of many machines it is called several times, each time for some, in
+    /// different turns of the event loop.
     std::function<void(std::vector<ServerChange> const& changes)> changed;
     /// The addresses of machines that can't be reached: then those of the next priority of a service are
     /// used. Empty: those of the first are.
@@ -78,13 +78,8 @@ public:
     /// stays. Does nothing if they are those that it has.
     void apply(MachineDiscoveryParams params);
 
-    /// The machines as `changed` has told. Of equal addresses the first one counts.
+    /// The machines as `changed` has told, for Fleet::set. Of equal addresses the first one counts.
     std::vector<ServerSpec> servers() const;
-
-    /// How a machine was found: `dns:sim.example.org:2000`, or `announced`; empty: it is an entry itself.
-    ///
-    /// Lifetime: until apply().
-    std::string_view origin(std::string_view address) const;
 
     /// Answers an announcement: `POST /api/machines` (protocol section 13.17).
     HttpResponse take_announcement(IncomingRequest const& request);

@@ -1,14 +1,16 @@
 // Decides which simulation server takes the next session, for session servers and for embedders.
 //
 // No clock, network, threads or global random numbers: every function that depends on time takes `now`.
-// In our session server, LoadMonitor polls the machines and SessionService serves the browsers. With a poller
-// and a server of your own, call report(), mark_unreachable() and place(): "In your own program" in
-// docs/scheduling.md, and examples/08_behind_your_server.cpp. Begin reading at class Scheduler, at the end.
+// In our session server, Fleet is the list of the machines, LoadMonitor polls them and SessionService serves
+// the browsers. With a poller and a server of your own, call report(), mark_unreachable() and place(): "In
+// your own program" in docs/scheduling.md, and examples/08_behind_your_server.cpp. Begin reading at class
+// Scheduler, at the end.
 #pragma once
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
-#include <webots_cloud/load_report.hpp>
+#include <webots_cloud/fleet.hpp>
+#include <webots_cloud/server_load.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <array>
@@ -25,63 +27,6 @@
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
-
-/// One simulation server as the operator describes it.
-struct ServerSpec
-{
-    ServerSpec() = default;
-    explicit ServerSpec(std::string entry) : address(std::move(entry)) {}
-
-    /// Its entry of "simulationServers", verbatim: its unique name here, and an address for browsers.
-    std::string address;
-    /// How much it is loaded relative to others: a machine of weight 2 is filled to twice the percentage.
-    /// Default 1, positive. Load is a percentage of the machine already, so a bigger machine needs no bigger
-    /// weight; it is for preferences that the load does not show (a spare machine, or one with other tasks).
-    double weight = 1;
-    /// It gets no new sessions; those that it has stay.
-    bool drain = false;
-    /// What it can run, in words of the operator's, as in `gpu`, besides what it reports itself.
-    std::vector<std::string> labels;
-    /// Where the session server itself reaches it: `10.0.0.2:2000`, a numeric address, by plain HTTP; or
-    /// `https://sim2.example.org:2000`, a name or an address, by TLS. Polls go there, and what the gateway
-    /// passes on. Empty: it is polled at its address, and nothing is passed on.
-    std::string internal_address;
-    /// By TLS: its certificate is for this name. Empty: for the host of the internal address.
-    std::string internal_name;
-    /// Browsers reach it through the session server alone, below a path of its own there: as a machine that
-    /// was found, of which several may have the same port. Only with `internal_address`.
-    bool has_own_path = false;
-    /// It was found, and is not on this machine: whatever a name server says, it is not reached at addresses
-    /// of the loopback, and at no others that no machine can have.
-    bool elsewhere = false;
-    /// More ports of that machine that the gateway passes on, the first and the last. 0: none.
-    std::uint16_t first_port = 0;
-    std::uint16_t last_port = 0;
-    /// Its operator is trusted like our own: the gateway passes on passwords for its monitor, and lets
-    /// editors of its simulations have the origin of the site.
-    bool trusted = false;
-
-    bool operator==(ServerSpec const&) const = default;
-};
-
-/// What becomes different in a list of simulation servers.
-struct ServerChange
-{
-    ServerChange() = default;
-
-    enum class Kind : std::uint8_t
-    {
-        added,
-        changed, ///< It is treated in another way, or stands elsewhere.
-        removed
-    };
-
-    Kind kind = Kind::added;
-    /// From now on. Of one that is removed the address alone counts.
-    ServerSpec server;
-    /// It stands in front of this machine, by its address; empty: at the end.
-    std::string before;
-};
 
 /// Why a machine is not offered.
 enum class Refusal : std::uint8_t
@@ -432,6 +377,11 @@ public:
     /// Errors: `errc::invalid_argument` when the text is of no save_costs(); then nothing changes.
     result<> load_costs(std::string_view text, TimePoint now);
 
+    /// Its machines are those of the fleet, from now on, instead of those of the next three functions. Those
+    /// that the fleet drains get no sessions.
+    /// Lifetime: either may end first.
+    void follow(Fleet& fleet);
+
     /// Replaces the list of machines: new ones are added, those missing are forgotten, and what is known
     /// about the others stays. Of entries with one address the first counts; a weight that is not positive
     /// counts as 1.
@@ -459,6 +409,10 @@ public:
     /// A poll of a machine failed: it is not offered until its next report. Your own poller says so here, or
     /// the machine is offered until its last report is older than `report_lifetime`.
     void mark_unreachable(std::string_view server, TimePoint now);
+
+    /// What a LoadMonitor found, with LoadMonitor::next_events: report(), or mark_unreachable() where the
+    /// poll failed.
+    void take(LoadEvent const& event, TimePoint now);
 
     /// Chooses a machine and commits one session to it. Allocates nothing when it succeeds.
     ///

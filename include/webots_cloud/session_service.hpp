@@ -5,6 +5,7 @@
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
@@ -60,12 +61,6 @@ struct SessionServiceHooks
     /// Signs the tickets with which browsers that wait keep their places (HMAC-SHA256), the same after a
     /// restart. Empty: they keep none.
     std::function<std::string(std::string_view message)> sign_waiting_ticket;
-    /// What the ids in the paths of machines are made with (HMAC-SHA256): the same after a restart, and at
-    /// all session servers of a site. Empty: no machine has a path of its own (`ServerSpec::has_own_path`).
-    std::function<std::string(std::string_view message)> machine_mac;
-    /// How a machine was found, for the monitor page, as `MachineDiscovery::origin`. Empty: all are of the
-    /// configuration.
-    std::function<std::string_view(std::string_view server)> origin_of;
     /// Answers `POST /api/machines`, with which simulation servers announce themselves. Empty: 404.
     std::function<HttpResponse(IncomingRequest const&)> take_announcement;
     /// More families for `GET /metrics`, in the text format of Prometheus, appended to the service's own.
@@ -75,7 +70,8 @@ struct SessionServiceHooks
 /// Tells browsers whether a simulation could be started, and sends each to a machine, or relays what they
 /// say.
 ///
-/// It has to be served by an adapter. While `run()` is awaited, reports are passed from the monitor to the
+/// It has to be served by an adapter. Its machines are those of the fleet, which the monitor and the
+/// scheduler follow from then on, too. While `run()` is awaited, reports are passed from the monitor to the
 /// scheduler, and changes of availability to the browsers.
 ///
 /// Lifetime: everything passed by reference must outlive the service.
@@ -83,19 +79,13 @@ struct SessionServiceHooks
 class SessionService final : public Endpoint
 {
 public:
-    SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
-                   Logger log, SessionServiceHooks hooks = SessionServiceHooks());
+    SessionService(SessionServiceParams params, Fleet& fleet, LoadMonitor& monitor, Scheduler& scheduler,
+                   Clock& clock, Logger log, SessionServiceHooks hooks = SessionServiceHooks());
     ~SessionService() override;
 
-    /// Takes other parameters, but for the port and `history_step`, which stay. Browsers stay connected.
+    /// Takes other parameters, but for the port and `history_step`, which stay. Browsers stay connected, and
+    /// pages show at once what has changed, in the fleet, too.
     void apply(SessionServiceParams params);
-
-    /// The simulation servers from now on, for the monitor and the scheduler too, which get their lists from
-    /// here alone. Browsers stay connected.
-    void set_servers(std::vector<ServerSpec> const& servers);
-
-    /// What becomes different in that list, one after the other. It costs what it changes.
-    void change_servers(std::vector<ServerChange> const& changes);
 
     /// Cancellation: terminal.
     /// Errors: `operation_aborted`.

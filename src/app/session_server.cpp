@@ -24,6 +24,7 @@
 #include <webots_cloud/adapters/names.hpp>
 #include <webots_cloud/adapters/operator.hpp>
 #include <webots_cloud/adapters/secrets.hpp>
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/machine_discovery.hpp>
 #include <webots_cloud/operator_mail.hpp>
@@ -148,16 +149,9 @@ result<std::function<std::string(std::string_view)>> waiting_mac(SessionConfig c
         });
 }
 
-std::string_view host_of(ServerSpec const& server)
-{
-    return std::string_view(server.address).substr(0, server.address.find('/'));
-}
-
-AccessParams session_access_params(SessionConfig const& config, std::vector<ServerSpec> const& servers)
+AccessParams session_access_params(SessionConfig const& config)
 {
     auto params = app::access_params(config.address.host, config.access);
-    for (auto const& server : servers)
-        params.machines.emplace_back(host_of(server));
     params.starts_here = config.service.relay;
     return params;
 }
@@ -214,6 +208,10 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor, config.ca_file, log);
     auto const websockets = make_websocket_client(executor, config.ca_file, log);
+    auto const sign = waiting_mac(config, log);
+    if (!sign)
+        co_return sign.error();
+    Fleet fleet(*sign);
     auto made_monitor = LoadMonitor::make(load_monitor_params(config), *http, *clock);
     if (!made_monitor)
         co_return made_monitor.error();
@@ -238,13 +236,9 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto discovery_calls = discovery_hooks(config, monitor);
     if (!discovery_calls)
         co_return discovery_calls.error();
-    std::function<void(std::vector<ServerChange> const&)> take_changes;
-    discovery_calls->changed = [&take_changes](std::vector<ServerChange> const& changes) {
-        take_changes(changes);
-    };
+    discovery_calls->changed = [&fleet](std::vector<ServerChange> const& changes) { fleet.change(changes); };
     MachineDiscovery discovery(discovery_params(config), *names, *clock, log, std::move(*discovery_calls));
     SessionServiceHooks hooks;
-    hooks.origin_of = [&discovery](std::string_view entry) { return discovery.origin(entry); };
     if (config.announcements)
         hooks.take_announcement = [&discovery](IncomingRequest const& request) {
             return discovery.take_announcement(request);
@@ -252,11 +246,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     hooks.make_ticket = *tickets;
     hooks.random_bytes = random_bytes;
     hooks.websockets = websockets.get();
-    auto sign = waiting_mac(config, log);
-    if (!sign)
-        co_return sign.error();
-    hooks.machine_mac = *sign;
-    hooks.sign_waiting_ticket = std::move(*sign);
+    hooks.sign_waiting_ticket = *sign;
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     hooks.more_metrics = [&server, &administrator] {
         return app::http_server_metrics(server->statistics()) +
@@ -265,15 +255,16 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto service_params = session_service_params(config);
     if (!service_params)
         co_return service_params.error();
-    SessionService service(std::move(*service_params), monitor, scheduler, *clock, log, std::move(hooks));
-    service.set_servers(discovery.servers());
+    SessionService service(std::move(*service_params), fleet, monitor, scheduler, *clock, log,
+                           std::move(hooks));
 
     auto token_check = app::operator_token_check(config.access);
     if (!token_check)
         co_return token_check.error();
     app::DoctorEndpoint doctor(executor, service, *clock);
-    AccessControl access(session_access_params(config, discovery.servers()), doctor, *clock, log,
-                         *token_check);
+    AccessControl access(session_access_params(config), doctor, *clock, log, *token_check);
+    access.follow(fleet);
+    fleet.set(discovery.servers());
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
@@ -285,15 +276,6 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (auto const listening = operators->listen(); !listening)
         log.warning(core::concat("No --decisions: ", listening.error().message()));
     auto examined = config;
-    take_changes = [&](std::vector<ServerChange> const& changes) {
-        service.change_servers(changes);
-        for (auto const& change : changes) {
-            if (change.kind == ServerChange::Kind::added)
-                access.add_machine(host_of(change.server));
-            if (change.kind == ServerChange::Kind::removed)
-                access.remove_machine(host_of(change.server));
-        }
-    };
     app::DoctorEndpoint::Look const look = [&examined, &doctor, &executor] {
         return app::examine_session_server(examined, app::view_from_inside(doctor.instance()), executor);
     };
@@ -311,12 +293,11 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
             return usable;
         if (auto const usable = scheduler.apply(scheduler_params(next)); !usable)
             return usable;
-        service.apply(std::move(*next_service_params));
         discovery.apply(discovery_params(next));
         examined = file;
-        auto const servers = discovery.servers();
-        service.set_servers(servers);
-        access.apply(session_access_params(next, servers), *next_token_check);
+        fleet.set(discovery.servers());
+        service.apply(std::move(*next_service_params));
+        access.apply(session_access_params(next), *next_token_check);
         return {};
     };
     auto const manager = make_service_manager();

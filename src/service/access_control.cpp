@@ -110,7 +110,7 @@ HttpResponse address_refused()
 
 } // namespace
 
-struct AccessControl::Impl
+struct AccessControl::Impl final : FleetObserver
 {
     Impl(AccessParams parameters, Endpoint& behind, Clock& time, Logger logger, OperatorTokenCheck check)
         : endpoint(behind), clock(time), log(std::move(logger))
@@ -122,9 +122,6 @@ struct AccessControl::Impl
     {
         params = std::move(parameters);
         is_operator_token = std::move(check);
-        machines_of_reach.fill(0);
-        for (auto const& machine : params.machines)
-            ++machines_of(machine);
         find_site();
         monitors = core::IpNetworks(params.monitor_addresses);
         monitor_authorization =
@@ -133,9 +130,26 @@ struct AccessControl::Impl
                 : concat("Basic ", core::base64(concat("operator:", params.monitor_password)));
     }
 
-    std::size_t& machines_of(std::string_view machine)
+    void put(FleetMachine const& machine, FleetMachine const* was, std::optional<std::string_view>) override
     {
-        return machines_of_reach[static_cast<std::size_t>(core::reach_of(machine))];
+        if (was)
+            return;
+        ++machines_like(machine);
+        machines_changed();
+    }
+
+    void remove(FleetMachine const& machine) override
+    {
+        --machines_like(machine);
+        machines_changed();
+    }
+
+    /// How many of the same reach there are.
+    std::size_t& machines_like(FleetMachine const& machine)
+    {
+        std::string_view const address = machine.spec.address;
+        auto const reach = core::reach_of(address.substr(0, address.find('/')));
+        return machines_of_reach[static_cast<std::size_t>(reach)];
     }
 
     /// Of all machines.
@@ -198,16 +212,9 @@ void AccessControl::apply(AccessParams params, OperatorTokenCheck is_operator_to
     impl_->set(std::move(params), std::move(is_operator_token));
 }
 
-void AccessControl::add_machine(std::string_view machine)
+void AccessControl::follow(Fleet& fleet)
 {
-    ++impl_->machines_of(machine);
-    impl_->machines_changed();
-}
-
-void AccessControl::remove_machine(std::string_view machine)
-{
-    --impl_->machines_of(machine);
-    impl_->machines_changed();
+    fleet.add_observer(*impl_);
 }
 
 /// Whether a password or token that came with a request is the right one, as a comparison in constant time

@@ -39,10 +39,10 @@ constexpr std::string_view too_many =
 
 } // namespace
 
-ClientRelay::ClientRelay(ClientRelayParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
-                         Logger log, ClientRelayHooks hooks)
-    : params_(params), monitor_(monitor), scheduler_(scheduler), clock_(clock), log_(std::move(log)),
-      hooks_(std::move(hooks)), silent_(max_silent, max_silent_per_client),
+ClientRelay::ClientRelay(ClientRelayParams params, Fleet const& fleet, LoadMonitor& monitor,
+                         Scheduler& scheduler, Clock& clock, Logger log, ClientRelayHooks hooks)
+    : params_(params), fleet_(fleet), monitor_(monitor), scheduler_(scheduler), clock_(clock),
+      log_(std::move(log)), hooks_(std::move(hooks)), silent_(max_silent, max_silent_per_client),
       waits_({1, 5, 15, 60, 300, 900, 3600}), began_(clock.now())
 {
     apply(params_);
@@ -58,18 +58,15 @@ void ClientRelay::apply(ClientRelayParams params)
     room_.apply(room);
 }
 
-void ClientRelay::put(ServerSpec const& server)
+void ClientRelay::put(FleetMachine const& machine, FleetMachine const*, std::optional<std::string_view>)
 {
-    auto& machine = machines_[server.address];
-    machine.internal_address = server.internal_address;
-    machine.internal_name = server.internal_name;
-    machine.elsewhere = server.elsewhere;
+    machines_.try_emplace(machine.spec.address);
 }
 
-void ClientRelay::remove(std::string_view entry)
+void ClientRelay::remove(FleetMachine const& machine)
 {
-    if (auto const found = machines_.find(entry); found != machines_.end())
-        machines_.erase(found);
+    auto const& entry = machine.spec.address;
+    machines_.erase(entry);
     faults_.forget(entry);
     questions_.forget(entry);
 }

@@ -17,6 +17,7 @@
 #include "core/waiting/waiting_room.hpp"
 #include "core/waiting/waiting_ticket.hpp"
 
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/transport/clock.hpp>
@@ -84,18 +85,17 @@ struct ClientRelayHooks
 ///
 /// Lifetime: everything passed by reference must outlive it, and the browsers must have left.
 /// Thread-safety: one executor.
-class ClientRelay
+class ClientRelay final : public FleetObserver
 {
 public:
-    ClientRelay(ClientRelayParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
-                Logger log, ClientRelayHooks hooks);
-    ~ClientRelay();
+    ClientRelay(ClientRelayParams params, Fleet const& fleet, LoadMonitor& monitor, Scheduler& scheduler,
+                Clock& clock, Logger log, ClientRelayHooks hooks);
+    ~ClientRelay() override;
 
     void apply(ClientRelayParams params);
-    /// A machine of the list.
-    void put(ServerSpec const& server);
-    /// It has left the list.
-    void remove(std::string_view entry);
+    void put(FleetMachine const& machine, FleetMachine const* was,
+             std::optional<std::string_view> before) override;
+    void remove(FleetMachine const& machine) override;
 
     std::size_t waiting() const noexcept { return room_.size(); }
 
@@ -212,6 +212,7 @@ private:
     Next try_again(Browser& browser);
 
     ClientRelayParams params_;
+    Fleet const& fleet_;
     LoadMonitor& monitor_;
     Scheduler& scheduler_;
     Clock& clock_;

@@ -33,10 +33,7 @@ struct ClientRelay::Machine
 {
     Machine() = default;
 
-    std::string internal_address;
-    std::string internal_name;
-    bool elsewhere = false; ///< As in ServerSpec.
-    TimePoint freed{};      ///< When one of our simulations has ended there.
+    TimePoint freed{}; ///< When one of our simulations has ended there.
     TimePoint polled{};
 };
 

@@ -324,20 +324,20 @@ asio::awaitable<result<std::string>> ClientRelay::hear(Channel& machine, Duratio
 asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser const& browser)
 {
     auto const& ride = *browser.ride;
-    auto const machine = machines_.find(ride.entry);
-    if (machine == machines_.end())
+    auto const* const machine = fleet_.find(ride.entry);
+    if (!machine)
         co_return Failure(errc::unreachable, "it was removed from \"simulationServers\"");
-    auto const& internal = machine->second.internal_address;
+    auto const& internal = machine->spec.internal_address;
     std::string path = "/client";
     if (hooks_.make_ticket && ride.is_placed)
         path = concat("/ticket/", hooks_.make_ticket(ride.entry), path);
     WebSocketRequest request(concat(params_.tls ? "wss://" : "ws://", ride.entry, path));
     if (!internal.empty()) {
-        auto inside = core::internal_request(internal, machine->second.internal_name, path);
+        auto inside = core::internal_request(internal, machine->spec.internal_name, path);
         request.url = concat("ws", inside.url.substr(4)); // in place of "http"
         request.address = std::move(inside.address);
     }
-    request.elsewhere = machine->second.elsewhere;
+    request.elsewhere = machine->spec.elsewhere;
     // The machine answers with an address that this browser can reach, and counts for this browser.
     auto below_us = hooks_.public_address ? hooks_.public_address(ride.entry, browser.host) : std::string();
     if (!below_us.empty()) {

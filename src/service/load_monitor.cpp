@@ -32,9 +32,9 @@ constexpr Duration moment = std::chrono::milliseconds(20);
 /// removed.
 struct Watch
 {
-    explicit Watch(PolledServer polled) : server(std::move(polled)) {}
+    explicit Watch(ServerSpec polled) : server(std::move(polled)) {}
 
-    PolledServer server;
+    ServerSpec server;
     int polls = 0;    ///< In flight.
     double phase = 0; ///< Where in the interval its polls lie, from 0 to 1.
     bool removed = false;
@@ -73,7 +73,7 @@ std::string server_url(std::string_view address, bool tls, std::string_view path
     return core::concat(tls ? "https://" : "http://", address, path);
 }
 
-struct LoadMonitor::Impl
+struct LoadMonitor::Impl final : FleetObserver
 {
     Impl(LoadMonitorParams parameters, HttpClient& client, Clock& time)
         : params(parameters), http(client), clock(time)
@@ -93,8 +93,14 @@ struct LoadMonitor::Impl
     void poll_now(std::string_view address);
     HttpRequest load_request(Watch const& watch) const;
     void record(Watch const& watch, result<LoadReport> const& outcome);
-    void put_server(PolledServer const& server, std::optional<std::string_view> before);
+    void put_server(ServerSpec const& server, std::optional<std::string_view> before);
     void remove_server(std::string_view address);
+    void put(FleetMachine const& machine, FleetMachine const*,
+             std::optional<std::string_view> before) override
+    {
+        put_server(machine.spec, before);
+    }
+    void remove(FleetMachine const& machine) override { remove_server(machine.spec.address); }
 
     LoadMonitorParams params;
     HttpClient& http;
@@ -121,7 +127,7 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
         bool const cancelled = co_await async::is_cancelled();
         if (watch->removed || cancelled || was_aborted(response))
             break;
-        record(*watch, judge(response, watch->server.must_be_ours));
+        record(*watch, judge(response, watch->server.has_own_path));
         due = std::max(due, clock.now());
         auto const waited = co_await clock.wait_until(due);
         bool const cancelled_meanwhile = co_await async::is_cancelled();
@@ -157,7 +163,7 @@ asio::awaitable<void> LoadMonitor::Impl::poll_once(std::shared_ptr<Watch> watch)
     --watch->polls;
     bool const cancelled = co_await async::is_cancelled();
     if (!watch->removed && !cancelled && !was_aborted(response))
-        record(*watch, judge(response, watch->server.must_be_ours));
+        record(*watch, judge(response, watch->server.has_own_path));
 }
 
 void LoadMonitor::Impl::poll_now(std::string_view address)
@@ -202,25 +208,22 @@ result<> LoadMonitor::apply(LoadMonitorParams params)
     return {};
 }
 
-void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
+void LoadMonitor::follow(Fleet& fleet)
 {
-    std::vector<PolledServer> servers;
-    for (auto const& address : addresses)
-        servers.emplace_back(address);
-    set_polled_servers(servers);
+    fleet.add_observer(*impl_);
 }
 
-void LoadMonitor::set_polled_servers(std::vector<PolledServer> const& servers)
+void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 {
     std::unordered_set<std::string_view> listed;
-    for (auto const& server : servers)
-        if (listed.insert(server.address).second)
-            put_server(server, std::string_view());
+    for (auto const& address : addresses)
+        if (listed.insert(address).second)
+            put_server(ServerSpec(address), std::string_view());
     while (impl_->table.servers().size() > listed.size())
         remove_server(impl_->table.servers().front().address); // the others stand behind those left out
 }
 
-void LoadMonitor::put_server(PolledServer const& server, std::optional<std::string_view> before)
+void LoadMonitor::put_server(ServerSpec const& server, std::optional<std::string_view> before)
 {
     impl_->put_server(server, before);
 }
@@ -230,7 +233,7 @@ void LoadMonitor::remove_server(std::string_view address)
     impl_->remove_server(address);
 }
 
-void LoadMonitor::Impl::put_server(PolledServer const& server, std::optional<std::string_view> before)
+void LoadMonitor::Impl::put_server(ServerSpec const& server, std::optional<std::string_view> before)
 {
     if (!table.put(server.address, before)) {
         watches.find(server.address)->second->server = server;

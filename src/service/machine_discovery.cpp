@@ -109,17 +109,6 @@ std::vector<ServerSpec> MachineDiscovery::servers() const
     return impl_->list.servers();
 }
 
-std::string_view MachineDiscovery::origin(std::string_view address) const
-{
-    auto const source = impl_->list.source_of(address);
-    if (!source)
-        return {};
-    if (*source == impl_->announced_source())
-        return core::announced_entry;
-    std::string_view const entry = impl_->params.entries[*source].address;
-    return impl_->watched.contains(entry) ? entry : std::string_view();
-}
-
 HttpResponse MachineDiscovery::take_announcement(IncomingRequest const& request)
 {
     return impl_->take_announcement(request);
@@ -171,8 +160,10 @@ void MachineDiscovery::Impl::name_machines(WatchedName& name)
 {
     auto machines = name.machines.machines(
         [this](std::string_view address) { return lost.contains(std::string(address)); });
-    for (auto& machine : machines)
+    for (auto& machine : machines) {
         machine.elsewhere = !params.loopback;
+        machine.found_by = name.machines.entry().address;
+    }
     auto before = name.named.begin();
     for (auto const& machine : machines) {
         for (; before != name.named.end() && before->address < machine.address; ++before)
@@ -212,6 +203,7 @@ std::optional<ServerSpec> MachineDiscovery::Impl::announced_machine(std::string 
     auto machine = announced_as;
     machine.address = std::move(address);
     machine.elsewhere = !params.loopback;
+    machine.found_by = core::announced_entry;
     return core::reach_inside(machine, std::nullopt) ? std::optional(std::move(machine)) : std::nullopt;
 }
 

@@ -71,14 +71,19 @@ private:
     core::MetricsText placements_;
 };
 
-MachineMetrics::MachineMetrics(LoadMonitor& monitor, Scheduler& scheduler,
-                               placement::DrainedMachines const& drained, Clock& clock)
-    : monitor_(monitor), scheduler_(scheduler), drained_(drained), clock_(clock)
+MachineMetrics::MachineMetrics(Fleet const& fleet, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock)
+    : fleet_(fleet), monitor_(monitor), scheduler_(scheduler), clock_(clock)
 {}
 
 bool MachineMetrics::is_large() const noexcept
 {
     return monitor_.servers().size() > at_once;
+}
+
+void MachineMetrics::add(ServerLoad const& server, Families& families) const
+{
+    auto const* const machine = fleet_.find(server.address);
+    families.add(server, machine && machine->is_draining(), scheduler_.placed(server.address));
 }
 
 std::string const& MachineMetrics::text()
@@ -88,7 +93,7 @@ std::string const& MachineMetrics::text()
         return text_;
     Families families;
     for (auto const& server : monitor_.servers())
-        families.add(server, !drained_.drained_by(server.address).empty(), scheduler_.placed(server.address));
+        add(server, families);
     families.write_to(text_);
     made_ = now;
     return text_;
@@ -118,8 +123,7 @@ asio::awaitable<result<>> MachineMetrics::run()
         families.begin();
         for (std::size_t i = 0; expiries == expiries_ && i < addresses.size(); ++i) {
             if (auto const* const server = monitor_.find(addresses[i]))
-                families.add(*server, !drained_.drained_by(server->address).empty(),
-                             scheduler_.placed(server->address));
+                add(*server, families);
             if (i % at_once != at_once - 1)
                 continue;
             if (auto const waited = co_await clock_.wait_until(clock_.now() + pause); !waited)

@@ -1,8 +1,7 @@
 // What `/metrics` of the session server says of each of its machines.
 #pragma once
 
-#include "core/placement/drained_machines.hpp"
-
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/transport/clock.hpp>
@@ -23,8 +22,7 @@ namespace webots_cloud {
 class MachineMetrics
 {
 public:
-    MachineMetrics(LoadMonitor& monitor, Scheduler& scheduler, placement::DrainedMachines const& drained,
-                   Clock& clock);
+    MachineMetrics(Fleet const& fleet, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock);
 
     /// As it was some seconds ago at most; the families of `/metrics`, one after the other.
     std::string const& text();
@@ -40,10 +38,11 @@ private:
     class Families;
 
     bool is_large() const noexcept;
+    void add(ServerLoad const& server, Families& families) const;
 
+    Fleet const& fleet_;
     LoadMonitor& monitor_;
     Scheduler& scheduler_;
-    placement::DrainedMachines const& drained_;
     Clock& clock_;
     std::string text_;
     std::optional<TimePoint> made_; ///< When `text_` was; nothing: it is not what it should be.

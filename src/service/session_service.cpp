@@ -1,7 +1,6 @@
 // The session server from above: a table of paths (`routes`) leads to the functions that answer, all of them
-// from memory. What is known of machines is spread over the parts that need it (LoadMonitor, Scheduler,
-// ClientRelay, SessionBoard, MachinePaths, ForwardingTable); `put_server` and `remove_server` keep them in
-// step. Waiting browsers are client_relay.cpp's, classes class_endpoint.cpp's.
+// from memory. The machines are those of the Fleet, which LoadMonitor, Scheduler, MachinePaths and
+// ClientRelay follow as this does. Waiting browsers are client_relay.cpp's, classes class_endpoint.cpp's.
 #include <webots_cloud/session_service.hpp>
 
 #include "async/first_of.hpp"
@@ -12,13 +11,13 @@
 #include "core/access/machine_paths.hpp"
 #include "core/access/token_buckets.hpp"
 #include "core/classes/class_paths.hpp"
+#include "core/fleet/drain_order.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/metrics_text.hpp"
 #include "core/pages/monitor_page.hpp"
 #include "core/pages/session_board.hpp"
 #include "core/pages/shared_page.hpp"
 #include "core/pages/viewer_defaults.hpp"
-#include "core/placement/drained_machines.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/simulation/public_base.hpp"
 #include "core/site_state.hpp"
@@ -85,20 +84,33 @@ constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_
 
 } // namespace
 
-struct SessionService::Impl
+struct SessionService::Impl final : FleetObserver
 {
-    Impl(SessionServiceParams parameters, LoadMonitor& load_monitor, Scheduler& placing, Clock& time,
-         Logger logger, SessionServiceHooks others)
-        : params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time),
-          log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
+    Impl(SessionServiceParams parameters, Fleet& machines, LoadMonitor& load_monitor, Scheduler& placing,
+         Clock& time, Logger logger, SessionServiceHooks others)
+        : params(std::move(parameters)), fleet(machines), monitor(load_monitor), scheduler(placing),
+          clock(time), log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
           board(params.history_step, params.threshold),
-          machine_metrics(load_monitor, placing, machines, time), paths(hooks.machine_mac),
+          machine_metrics(machines, load_monitor, placing, time),
           classes(load_monitor, placing, time, log, class_hooks()),
-          relay(relay_params(), load_monitor, placing, time, log, relay_hooks())
+          relay(relay_params(), machines, load_monitor, placing, time, log, relay_hooks())
     {
         set_budget();
         classes.set_password(params.config.teacher_password);
+        // The board shows what the monitor knows of a machine, so it comes after it, and is told first of
+        // machines that leave.
+        monitor.follow(fleet);
+        scheduler.follow(fleet);
+        fleet.add_observer(paths);
+        fleet.add_observer(relay);
+        fleet.add_observer(*this);
+        update_monitor();
     }
+
+    void put(FleetMachine const& machine, FleetMachine const* was,
+             std::optional<std::string_view> before) override;
+    void remove(FleetMachine const& machine) override;
+    void settled() override;
 
     ClassEndpointHooks class_hooks();
     ClientRelayParams relay_params() const;
@@ -129,7 +141,8 @@ struct SessionService::Impl
     std::string public_address(std::string_view server, std::string_view host) const;
     Answer client_without_upgrade(IncomingRequest const& request);
     HttpResponse too_many_asked(Duration wait) const;
-    std::optional<Answer> pass_on(IncomingRequest const& request) const;
+    core::ForwardingTable const& forwarding_table();
+    std::optional<Answer> pass_on(IncomingRequest const& request);
     std::optional<Answer> pass_on_below(IncomingRequest const& request) const;
     static Forward to_machine(core::ForwardTarget target);
 
@@ -152,10 +165,6 @@ struct SessionService::Impl
     Answer liveness(IncomingRequest const& request);
     Answer readiness(IncomingRequest const& request);
 
-    void set_servers(std::vector<ServerSpec> const& servers);
-    void put_server(ServerSpec const& server, std::string_view before);
-    std::string_view origin_of(ServerSpec const& server) const;
-    void remove_server(std::string_view address);
     void write_relay(core::MetricsText& text) const;
     void expire_pages();
     void expire_monitor();
@@ -167,13 +176,13 @@ struct SessionService::Impl
     std::string monitor_text() const;
 
     SessionServiceParams params;
+    Fleet& fleet;
     LoadMonitor& monitor;
     Scheduler& scheduler;
     Clock& clock;
     Logger log;
     SessionServiceHooks hooks;
     WallTime started;
-    placement::DrainedMachines machines;
     bool available = false;
     core::SiteState state = core::SiteState::unknown;
     std::unordered_set<Channel*> browsers;       // those that watch availability,
@@ -190,7 +199,7 @@ struct SessionService::Impl
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
-    core::ForwardingTable forwarding;
+    std::optional<core::ForwardingTable> forwarding; ///< Of the fleet; nothing: it has changed since.
     core::MachinePaths paths;
     core::TokenBuckets asked; // requests of each client for a place
     std::uint64_t good_polls = 0;
@@ -199,9 +208,9 @@ struct SessionService::Impl
     ClientRelay relay;
 };
 
-SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler,
-                               Clock& clock, Logger log, SessionServiceHooks hooks)
-    : impl_(std::make_unique<Impl>(std::move(params), monitor, scheduler, clock, std::move(log),
+SessionService::SessionService(SessionServiceParams params, Fleet& fleet, LoadMonitor& monitor,
+                               Scheduler& scheduler, Clock& clock, Logger log, SessionServiceHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(params), fleet, monitor, scheduler, clock, std::move(log),
                                    std::move(hooks)))
 {}
 
@@ -220,86 +229,27 @@ void SessionService::apply(SessionServiceParams params)
     if (!keeps_budget)
         impl_->set_budget();
     impl_->expire_pages();
-}
-
-void SessionService::set_servers(std::vector<ServerSpec> const& servers)
-{
-    impl_->set_servers(servers);
-    impl_->expire_pages();
     impl_->update_availability(impl_->clock.now());
     impl_->update_monitor();
 }
 
-void SessionService::change_servers(std::vector<ServerChange> const& changes)
+void SessionService::Impl::put(FleetMachine const& machine, FleetMachine const* was,
+                               std::optional<std::string_view> before)
 {
-    for (auto const& change : changes)
-        if (change.kind == ServerChange::Kind::removed) {
-            impl_->remove_server(change.server.address);
-            impl_->forwarding.remove(change.server.address);
-        } else {
-            impl_->put_server(change.server, change.before);
-            impl_->forwarding.put(change.server);
-        }
-    impl_->expire_monitor();
-    impl_->update_availability(impl_->clock.now());
+    board.put(*monitor.find(machine.spec.address), machine, was, before);
+    forwarding.reset();
 }
 
-void SessionService::Impl::set_servers(std::vector<ServerSpec> const& servers)
+void SessionService::Impl::remove(FleetMachine const& machine)
 {
-    std::unordered_set<std::string_view> listed;
-    for (auto const& server : servers)
-        listed.insert(server.address);
-    std::vector<std::string> gone;
-    for (auto const& server : monitor.servers())
-        if (!listed.contains(server.address))
-            gone.push_back(server.address);
-    for (auto const& address : gone)
-        remove_server(address);
-    forwarding = core::ForwardingTable(servers);
-    // Those that are in their places stay there.
-    auto next = monitor.servers().begin();
-    for (auto const& server : servers) {
-        if (listed.erase(server.address) == 0)
-            continue; // the first one of an address counts
-        bool const is_in_place = next != monitor.servers().end() && next->address == server.address;
-        if (is_in_place)
-            ++next;
-        // Of thousands of machines most are as before: looking at them anew would hold up everybody.
-        if (is_in_place && machines.lists(server) && board.is_found_by(server.address, origin_of(server)))
-            continue;
-        put_server(server, next == monitor.servers().end() ? std::string_view() : next->address);
-    }
+    board.remove(machine.spec.address);
+    forwarding.reset();
 }
 
-void SessionService::Impl::put_server(ServerSpec const& server, std::string_view before)
+void SessionService::Impl::settled()
 {
-    PolledServer polled(server.address);
-    polled.internal_address = server.internal_address;
-    polled.internal_name = server.internal_name;
-    polled.must_be_ours = server.has_own_path;
-    polled.elsewhere = server.elsewhere;
-    machines.put(server);
-    scheduler.put_server(machines.treated(server.address), before);
-    monitor.put_server(polled, before);
-    paths.put(server);
-    relay.put(server);
-    board.put(*monitor.find(server.address), origin_of(server), paths.path_of(server.address), before);
-    board.note_drained(server.address, machines.drained_by(server.address));
-}
-
-std::string_view SessionService::Impl::origin_of(ServerSpec const& server) const
-{
-    return hooks.origin_of ? hooks.origin_of(server.address) : std::string_view();
-}
-
-void SessionService::Impl::remove_server(std::string_view address)
-{
-    board.remove(address);
-    relay.remove(address);
-    paths.remove(address);
-    monitor.remove_server(address);
-    scheduler.remove_server(address);
-    machines.remove(address);
+    expire_monitor();
+    update_availability(clock.now());
 }
 
 asio::awaitable<result<>> SessionService::run()
@@ -384,10 +334,7 @@ ClientRelayHooks SessionService::Impl::relay_hooks()
 void SessionService::Impl::take(LoadEvent const& event)
 {
     ++(event.server.state == ServerState::up ? good_polls : failed_polls);
-    if (event.server.state == ServerState::up)
-        scheduler.report(event.server.address, event.server.report, clock.now());
-    else
-        scheduler.mark_unreachable(event.server.address, clock.now());
+    scheduler.take(event, clock.now());
     // One that is slow may be busy; one that is not there may be followed by another at its address.
     if (!event.is_late)
         paths.answered(event.server.address, event.server.state == ServerState::up);
@@ -464,7 +411,7 @@ std::string SessionService::Impl::address_of(std::string_view server, std::strin
 /// Of a machine that is reached below this server: where. Empty: browsers reach it without us.
 std::string SessionService::Impl::public_address(std::string_view server, std::string_view host) const
 {
-    auto const path = paths.path_of(server);
+    auto const path = paths.empty() ? std::string_view() : paths.path_of(server);
     return path.empty() ? std::string() : concat(own_base(host), path);
 }
 
@@ -710,14 +657,14 @@ std::string SessionService::Impl::monitor_text() const
     view.threshold = params.threshold;
     view.waiting = waiting_figures();
     view.state = state;
-    for (auto const& server : monitor.servers()) {
-        view.servers.push_back(
-            core::session_row(server, scheduler.placed(server.address), machines.drained_by(server.address)));
-        view.servers.back().state = state_of(server);
-        view.servers.back().refusal = relay.last_refusal(server.address);
-        if (hooks.origin_of)
-            view.servers.back().found_by = hooks.origin_of(server.address);
-        view.servers.back().path = paths.path_of(server.address);
+    for (auto const& machine : fleet.machines()) {
+        auto const& server = *monitor.find(machine.spec.address);
+        auto& row = view.servers.emplace_back(
+            core::session_row(server, scheduler.placed(server.address), machine.drained_by()));
+        row.state = state_of(server);
+        row.refusal = relay.last_refusal(server.address);
+        row.found_by = machine.spec.found_by;
+        row.path = machine.path;
     }
     view.assets = monitor_assets("session.js", params.address.port);
     return core::session_monitor_page(view);
@@ -791,22 +738,17 @@ Answer SessionService::Impl::is_operator(IncomingRequest const&)
 /// `POST /api/drain?machine=sim1:2000`: no browser is sent there, until `&off`.
 Answer SessionService::Impl::drain(IncomingRequest const& request)
 {
-    using Outcome = placement::DrainedMachines::Outcome;
-    auto const order = placement::parse_drain_order(request.query);
+    auto const order = core::parse_drain_order(request.query);
     if (!order)
         return HttpResponse(400, std::string(core::html_type),
                             "Expected /api/drain?machine=<address> or /api/drain?machine=<address>&off.");
-    auto const outcome = machines.obey(*order);
-    if (outcome == Outcome::unknown)
+    if (!fleet.drain(order->machine, !order->off))
         return HttpResponse(400, std::string(core::html_type),
                             concat("There is no machine ",
                                    core::escape_html(core::printable(order->machine, 200)),
                                    " in \"simulationServers\"."));
-    scheduler.put_server(machines.treated(order->machine));
-    board.note_drained(order->machine, machines.drained_by(order->machine));
     expire_pages();
-    update_availability(clock.now());
-    if (outcome == Outcome::configured)
+    if (fleet.find(order->machine)->is_draining() == order->off)
         return HttpResponse(
             409, std::string(core::html_type),
             "The configuration drains this machine, with \"drain\" in \"simulationServers\".");
@@ -824,7 +766,7 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
         .add(static_cast<double>(servers.up), {{"state", "up"}})
         .add(static_cast<double>(servers.down), {{"state", "down"}})
         .add(static_cast<double>(servers.unknown), {{"state", "unknown"}});
-    text.family(core::metric("servers_drained")).add(static_cast<double>(machines.count()));
+    text.family(core::metric("servers_drained")).add(static_cast<double>(fleet.drained()));
     text.family(core::metric("available")).add(available ? 1 : 0);
     text.family(core::metric("site_state"));
     for (auto const each : core::all_site_states)
@@ -881,12 +823,22 @@ void SessionService::Impl::write_relay(core::MetricsText& text) const
         text.add(static_cast<double>(count), {{"result", outcome}});
 }
 
+core::ForwardingTable const& SessionService::Impl::forwarding_table()
+{
+    if (!forwarding) {
+        forwarding.emplace();
+        for (auto const& machine : fleet.machines())
+            forwarding->add(machine.spec);
+    }
+    return *forwarding;
+}
+
 /// To the simulation server whose port the path begins with.
-std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& request) const
+std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& request)
 {
     if (!params.config.gateway)
         return std::nullopt;
-    auto target = forwarding.find(request.path, request.query);
+    auto target = forwarding_table().find(request.path, request.query);
     if (!target)
         return pass_on_below(request);
     auto forward = to_machine(std::move(*target));

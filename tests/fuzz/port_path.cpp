@@ -21,17 +21,22 @@ core::ForwardingTable table()
     return core::ForwardingTable({server});
 }
 
-core::MachinePaths found_machines()
+/// One that has answered, at `/machine/aaaaaaaaaaaaaaaaaaaaaaaa`.
+struct FoundMachine
 {
-    ServerSpec server("10.0.0.2:2000");
-    server.internal_address = "10.0.0.2:2000";
-    server.has_own_path = true;
-    core::MachinePaths paths(
-        [](std::string_view) { return std::string(32, '\0'); }); // `aaaaaaaaaaaaaaaaaaaaaaaa`
-    paths.put(server);
-    paths.answered("10.0.0.2:2000", true);
-    return paths;
-}
+    FoundMachine()
+    {
+        ServerSpec server("10.0.0.2:2000");
+        server.internal_address = "10.0.0.2:2000";
+        server.has_own_path = true;
+        fleet.add_observer(paths);
+        fleet.put(server);
+        paths.answered("10.0.0.2:2000", true);
+    }
+
+    Fleet fleet{[](std::string_view) { return std::string(32, '\0'); }};
+    core::MachinePaths paths;
+};
 
 void check_target(std::string_view target, std::string_view path)
 {
@@ -45,7 +50,7 @@ void check_target(std::string_view target, std::string_view path)
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     static auto const machines = table();
-    static auto const paths = found_machines();
+    static FoundMachine const found_machine;
     static core::TicketBook book([](std::string_view) { return std::string(32, 'x'); },
                                  {"sim.example.org:2000"});
     static core::SiteAccess const site(core::Reach::everybody, {"sim.example.org"}, nullptr);
@@ -57,7 +62,7 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     } else if (!path.empty()) {
         fuzz::require(path != "/2000/client");
     }
-    if (auto const found = paths.find(path, "")) {
+    if (auto const found = found_machine.paths.find(path, "")) {
         fuzz::require(found->target && found->target->machine.host == "10.0.0.2" &&
                       found->target->machine.port == 2000);
         fuzz::require(std::string_view(path).starts_with(found->path));

@@ -172,25 +172,15 @@ ForwardingTable::ForwardingTable(std::vector<ServerSpec> const& servers)
         add(server);
 }
 
-void ForwardingTable::put(ServerSpec const& server)
-{
-    remove(server.address);
-    add(server);
-}
-
-void ForwardingTable::remove(std::string_view entry)
-{
-    std::erase_if(ranges_, [entry](Range const& range) { return range.entry == entry; });
-}
-
 void ForwardingTable::add(ServerSpec const& server)
 {
+    if (server.has_own_path || server.internal_address.empty())
+        return;
     auto const machine = parse_internal_address(server.internal_address);
     auto const port = public_port(server.address);
-    if (!machine || port == 0 || server.has_own_path)
+    if (!machine || port == 0)
         return;
     Range range;
-    range.entry = server.address;
     range.first = range.last = port;
     range.machine = *machine;
     range.is_trusted = server.trusted;

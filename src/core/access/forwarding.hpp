@@ -2,7 +2,7 @@
 // port.
 #pragma once
 
-#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/transport/http.hpp>
 
 #include <cstdint>
@@ -111,10 +111,8 @@ public:
     /// the first counts.
     explicit ForwardingTable(std::vector<ServerSpec> const& servers);
 
-    /// Adds a server, behind those that are there, or what has become of one.
-    void put(ServerSpec const& server);
-    /// Of a server that is not there nothing happens.
-    void remove(std::string_view entry);
+    /// One more, behind those that are there.
+    void add(ServerSpec const& server);
 
     bool empty() const noexcept { return ranges_.empty(); }
 
@@ -130,7 +128,6 @@ private:
     {
         Range() = default;
 
-        std::string entry;       ///< The server's address, as in its ServerSpec.
         std::uint16_t first = 0; ///< In public paths.
         std::uint16_t last = 0;
         InternalAddress machine; ///< With what the first port is there.
@@ -138,7 +135,6 @@ private:
         bool is_trusted = false;
     };
 
-    void add(ServerSpec const& server);
     Range const* range_of(std::uint16_t port) const noexcept;
 
     std::vector<Range> ranges_;

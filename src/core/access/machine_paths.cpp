@@ -9,6 +9,11 @@ namespace {
 constexpr std::string_view purpose_of_ids = "webots_cloud machine 1\n"; // the secret is used for tickets, too
 constexpr std::size_t id_bytes = 12;                                    // two letters each
 
+std::string_view id_in(std::string_view path)
+{
+    return path.substr(machine_folder.size());
+}
+
 } // namespace
 
 std::string machine_id(Mac const& mac, std::string_view address)
@@ -22,6 +27,13 @@ std::string machine_id(Mac const& mac, std::string_view address)
     return id;
 }
 
+std::string machine_path(Mac const& mac, ServerSpec const& server)
+{
+    if (!mac || !server.has_own_path || !parse_internal_address(server.internal_address))
+        return {};
+    return concat(machine_folder, machine_id(mac, server.address));
+}
+
 std::optional<MachinePath> split_machine_path(std::string_view path) noexcept
 {
     if (!path.starts_with(machine_folder))
@@ -33,30 +45,25 @@ std::optional<MachinePath> split_machine_path(std::string_view path) noexcept
     return split.id.empty() ? std::nullopt : std::optional(split);
 }
 
-void MachinePaths::put(ServerSpec const& server)
+void MachinePaths::put(FleetMachine const& machine, FleetMachine const* was, std::optional<std::string_view>)
 {
-    auto internal = parse_internal_address(server.internal_address);
-    if (!mac_ || !server.has_own_path || !internal)
-        return remove(server.address);
-    internal->name = server.internal_name;
-    auto const [known, is_new] = machines_.try_emplace(server.address);
-    auto& machine = known->second;
-    machine.answers = machine.answers && machine.internal == *internal;
-    machine.internal = std::move(*internal);
-    machine.is_trusted = server.trusted;
-    if (is_new) {
-        machine.path = concat(machine_folder, machine_id(mac_, server.address));
-        ids_.emplace(std::string_view(machine.path).substr(machine_folder.size()), &machine);
-    }
+    if (machine.path.empty())
+        return was ? remove(*was) : void();
+    auto internal = parse_internal_address(machine.spec.internal_address).value();
+    internal.name = machine.spec.internal_name;
+    auto& known = machines_[machine.spec.address];
+    known.known = &machine;
+    known.answers = known.answers && known.internal == internal;
+    known.internal = std::move(internal);
+    by_id_.insert_or_assign(std::string(id_in(machine.path)), &known);
 }
 
-void MachinePaths::remove(std::string_view address)
+void MachinePaths::remove(FleetMachine const& machine)
 {
-    auto const found = machines_.find(address);
-    if (found == machines_.end())
+    if (machine.path.empty())
         return;
-    ids_.erase(std::string_view(found->second.path).substr(machine_folder.size()));
-    machines_.erase(found);
+    by_id_.erase(by_id_.find(id_in(machine.path)));
+    machines_.erase(machines_.find(machine.spec.address));
 }
 
 void MachinePaths::answered(std::string_view address, bool as_ours)
@@ -68,21 +75,21 @@ void MachinePaths::answered(std::string_view address, bool as_ours)
 std::string_view MachinePaths::path_of(std::string_view address) const noexcept
 {
     auto const found = machines_.find(address);
-    return found == machines_.end() ? std::string_view() : found->second.path;
+    return found == machines_.end() ? std::string_view() : found->second.known->path;
 }
 
 std::optional<MachinePaths::Found> MachinePaths::find(std::string_view path, std::string_view query) const
 {
     auto const split = split_machine_path(path);
-    auto const known = split ? ids_.find(split->id) : ids_.end();
-    if (known == ids_.end() || is_operators_path(split->rest))
+    auto const known = split ? by_id_.find(split->id) : by_id_.end();
+    if (known == by_id_.end() || is_operators_path(split->rest))
         return std::nullopt;
     auto const& machine = *known->second;
     Found found;
-    found.path = machine.path;
+    found.path = machine.known->path;
     if (!machine.answers)
         return found;
-    found.target = target_at_machine(machine.internal, machine.is_trusted, split->rest, query);
+    found.target = target_at_machine(machine.internal, machine.known->spec.trusted, split->rest, query);
     return found;
 }
 

@@ -7,7 +7,7 @@
 #include "forwarding.hpp"
 #include "tickets.hpp"
 
-#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/fleet.hpp>
 
 #include <cstddef>
 #include <functional>
@@ -26,6 +26,9 @@ inline constexpr std::string_view machine_folder = "/machine/";
 /// Letters only, as in the tokens of simulations: see `is_gateway_token`.
 std::string machine_id(Mac const& mac, std::string_view address);
 
+/// Below this path of ours browsers reach a machine: `/machine/<id>`. Empty: it has none.
+std::string machine_path(Mac const& mac, ServerSpec const& server);
+
 /// A path below `/machine/`.
 struct MachinePath
 {
@@ -38,29 +41,25 @@ struct MachinePath
 /// `/machine/abc/client`: `abc` and `/client`; `/machine/abc`: `abc` and `/`. Views into the path.
 std::optional<MachinePath> split_machine_path(std::string_view path) noexcept;
 
-/// The machines of the list that have a path, and which of them are passed on to: those that have answered
+/// The machines of a fleet that have a path, and which of them are passed on to: those that have answered
 /// their last poll as our simulation servers do. So names and announcements can't point the gateway at
 /// other services of the network, and an address that a machine has left leads to nobody else.
 ///
 /// No part of a request becomes a host or a port.
-class MachinePaths
+class MachinePaths final : public FleetObserver
 {
 public:
-    /// `mac`: of the ids. Empty: no machine has a path.
-    explicit MachinePaths(Mac mac) : mac_(std::move(mac)) {}
-
-    /// A machine of the list. What is known of it is kept, as long as it is reached as before.
-    void put(ServerSpec const& server);
-
-    /// It has left the list.
-    void remove(std::string_view address);
+    /// That a machine has answered is kept as long as it is reached as before.
+    void put(FleetMachine const& machine, FleetMachine const* was,
+             std::optional<std::string_view> before) override;
+    void remove(FleetMachine const& machine) override;
 
     /// Of a poll. Machines without a path are ignored.
     void answered(std::string_view address, bool as_ours);
 
     bool empty() const noexcept { return machines_.empty(); }
 
-    /// Browsers reach a machine below this path here: `/machine/<id>`. Empty: it has none.
+    /// As in FleetMachine.
     std::string_view path_of(std::string_view address) const noexcept;
 
     struct Found
@@ -71,7 +70,7 @@ public:
         std::optional<ForwardTarget> target; ///< Nothing: it does not answer.
     };
 
-    /// Nothing: no machine of the list has this path, or it is the operator's.
+    /// Nothing: no machine has this path, or it is the operator's.
     std::optional<Found> find(std::string_view path, std::string_view query) const;
 
 private:
@@ -79,15 +78,16 @@ private:
     {
         Machine() = default;
 
-        std::string path;
+        FleetMachine const* known = nullptr;
         InternalAddress internal;
-        bool is_trusted = false;
         bool answers = false;
     };
 
-    Mac mac_;
-    std::unordered_map<std::string, Machine, TextHash, std::equal_to<>> machines_; ///< By address.
-    std::unordered_map<std::string_view, Machine const*> ids_; ///< Views into their paths.
+    template<class Value>
+    using ByText = std::unordered_map<std::string, Value, TextHash, std::equal_to<>>;
+
+    ByText<Machine> machines_; ///< By address.
+    ByText<Machine const*> by_id_;
 };
 
 } // namespace webots_cloud::core

@@ -60,10 +60,4 @@ std::vector<ServerSpec> MachineList::servers() const
     return servers;
 }
 
-std::optional<std::size_t> MachineList::source_of(std::string_view address) const
-{
-    auto const machine = machines_.find(address);
-    return machine == machines_.end() ? std::nullopt : machine->second.source;
-}
-
 } // namespace webots_cloud::core

@@ -3,7 +3,7 @@
 
 #include "core/text.hpp"
 
-#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/fleet.hpp>
 
 #include <cstddef>
 #include <map>
@@ -39,9 +39,6 @@ public:
 
     /// As it was taken last.
     std::vector<ServerSpec> servers() const;
-
-    /// Who named a machine that is listed.
-    std::optional<std::size_t> source_of(std::string_view address) const;
 
 private:
     struct Machine

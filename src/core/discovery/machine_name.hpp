@@ -3,7 +3,7 @@
 
 #include "core/access/ip_address.hpp"
 
-#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/fleet.hpp>
 
 #include <cstdint>
 #include <optional>

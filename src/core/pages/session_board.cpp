@@ -51,7 +51,7 @@ void SessionBoard::set_threshold(double threshold)
     threshold_ = threshold;
 }
 
-void SessionBoard::put(ServerLoad const& server, std::string_view found_by, std::string_view path,
+void SessionBoard::put(ServerLoad const& server, FleetMachine const& machine, FleetMachine const* was,
                        std::optional<std::string_view> before)
 {
     auto const next = before ? by_address_.find(*before) : by_address_.end();
@@ -60,15 +60,15 @@ void SessionBoard::put(ServerLoad const& server, std::string_view found_by, std:
     if (is_new) {
         known->second = rows_.emplace(place);
         known->second->server = &server;
+        known->second->machine = &machine;
         known->second->history = history_.series();
     }
     auto& row = *known->second;
     bool const moves = before && place != known->second && place != std::next(known->second);
     if (moves)
         rows_.splice(place, rows_, known->second);
-    must_restate_ = must_restate_ || is_new || moves || row.found_by != found_by || row.path != path;
-    row.found_by = found_by;
-    row.path = path;
+    bool const is_another = was && (was->spec.found_by != machine.spec.found_by || was->path != machine.path);
+    must_restate_ = must_restate_ || is_new || moves || is_another;
     change_row(row);
 }
 
@@ -84,12 +84,6 @@ void SessionBoard::remove(std::string_view address)
     must_restate_ = true;
     by_address_.erase(found);
     rows_.erase(row);
-}
-
-bool SessionBoard::is_found_by(std::string_view address, std::string_view found_by) const
-{
-    auto const found = by_address_.find(address);
-    return found != by_address_.end() && found->second->found_by == found_by;
 }
 
 SessionBoard::Row* SessionBoard::find(std::string_view address)
@@ -137,13 +131,6 @@ void SessionBoard::note_site(SiteState state)
 {
     is_site_changed_ = is_site_changed_ || site_ != state;
     site_ = state;
-}
-
-void SessionBoard::note_drained(std::string_view address, std::string_view drained_by)
-{
-    auto* const row = find(address);
-    if (row && std::exchange(row->drained_by, drained_by) != drained_by)
-        change_row(*row);
 }
 
 void SessionBoard::note_waiting(std::optional<WaitingFigures> figures)
@@ -208,7 +195,7 @@ void SessionBoard::append_site(std::string& text) const
 
 SessionRow SessionBoard::shown(Row const& row) const
 {
-    auto shown = session_row(*row.server, row.placed, row.drained_by);
+    auto shown = session_row(*row.server, row.placed, row.machine->drained_by());
     shown.state = row.state;
     shown.refusal = row.refusal;
     return shown;
@@ -276,13 +263,13 @@ std::string SessionBoard::snapshot()
         text += std::exchange(separator, ",{");
         append_key(text, "address");
         append_quoted(text, row.server->address);
-        if (!row.found_by.empty()) {
+        if (auto const& found_by = row.machine->spec.found_by; !found_by.empty()) {
             append_key(text, "foundBy");
-            append_quoted(text, row.found_by);
+            append_quoted(text, found_by);
         }
-        if (!row.path.empty()) {
+        if (!row.machine->path.empty()) {
             append_key(text, "path");
-            append_quoted(text, row.path);
+            append_quoted(text, row.machine->path);
         }
         append_row(text, shown(row));
         append_key(text, "history");

@@ -5,6 +5,7 @@
 #include "core/site_state.hpp"
 #include "load_history.hpp"
 
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/server_load.hpp>
 
 #include <cstddef>
@@ -34,11 +35,9 @@ struct SessionRow
     std::uint64_t placed = 0;       ///< By us, since we started.
     /// Who says that it gets no new sessions: `operator`, `configuration` or `machine`; empty: nobody.
     std::string_view drained_by;
-    std::string refusal; ///< What it said when it refused the last start; empty: it did not.
-    /// How it was found, as in `dns:sim.example.org:2000` or `announced`; empty: it is configured.
-    std::string_view found_by;
-    /// Below this server: `/machine/<id>`; empty: it has no path of its own here.
-    std::string_view path;
+    std::string refusal;       ///< What it said when it refused the last start; empty: it did not.
+    std::string_view found_by; ///< As in ServerSpec.
+    std::string_view path;     ///< As in FleetMachine.
 };
 
 /// What a page shows of a server. `drained_by`: whoever has drained it but itself.
@@ -59,8 +58,8 @@ std::string waiting_text(WaitingFigures const& figures);
 
 /// Keeps which rows of the page have changed since watchers were last told, and ten minutes of loads.
 ///
-/// What is known of the servers belongs to the LoadMonitor and the Scheduler: the board looks at it whenever
-/// it writes a text.
+/// What is known of the servers belongs to the Fleet, the LoadMonitor and the Scheduler: the board looks at
+/// it whenever it writes a text.
 ///
 /// Its texts are JSON and of bounded size: of many servers the history has fewer points. An update has only
 /// the rows that changed since the last one, and each poll marks its own row, so that the work is spread.
@@ -73,17 +72,13 @@ public:
     /// Watchers learn it with the next `take`.
     void set_threshold(double threshold);
 
-    /// A server of the list, which lives until it is removed. It stands in front of the one `before`, or at
-    /// the end where that is not in the list; by default new ones come to the end, and known ones stay where
-    /// they are. `found_by`, `path`: as in SessionRow.
-    void put(ServerLoad const& server, std::string_view found_by = {}, std::string_view path = {},
+    /// A machine of the fleet, as FleetObserver::put, and what its polls tell, which lives until it is
+    /// removed.
+    void put(ServerLoad const& server, FleetMachine const& machine, FleetMachine const* was = nullptr,
              std::optional<std::string_view> before = std::nullopt);
 
     /// It has left the list. Servers that are not listed are ignored.
     void remove(std::string_view address);
-
-    /// Whether a server is listed, and was found so.
-    bool is_found_by(std::string_view address, std::string_view found_by) const;
 
     /// Something else is known of a server than before. Servers that are not listed are ignored.
     void change(std::string_view address);
@@ -100,9 +95,6 @@ public:
 
     /// What the site is for somebody who comes now.
     void note_site(SiteState state);
-
-    /// Who has drained a server, but the server itself. The name has to live as long as the board.
-    void note_drained(std::string_view address, std::string_view drained_by);
 
     /// Nothing: this server does not relay. To be called when somebody watches, or asks for a snapshot.
     void note_waiting(std::optional<WaitingFigures> figures);
@@ -121,14 +113,12 @@ private:
     struct Row
     {
         ServerLoad const* server = nullptr;
-        std::string found_by;
-        std::string path;
+        FleetMachine const* machine = nullptr;
         std::uint64_t placed = 0; ///< As watchers are told.
         std::optional<SiteState> state;
         std::string refusal;
-        std::string_view drained_by; ///< But by itself.
-        std::size_t number = 0;      ///< Its place in the last snapshot, by which watchers know it.
-        bool is_changed = false;     ///< Since the last `take`.
+        std::size_t number = 0;  ///< Its place in the last snapshot, by which watchers know it.
+        bool is_changed = false; ///< Since the last `take`.
         LoadHistory::Series history;
     };
 

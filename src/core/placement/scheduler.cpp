@@ -104,7 +104,7 @@ result<> validate(SchedulerParams const& params)
     return {};
 }
 
-struct Scheduler::Impl
+struct Scheduler::Impl final : FleetObserver
 {
     explicit Impl(SchedulerParams given)
         : params(std::move(given)), fleet(params), log(placement::logged_decisions)
@@ -135,6 +135,16 @@ struct Scheduler::Impl
         fleet.reassess();
         return {};
     }
+
+    void put(FleetMachine const& machine, FleetMachine const*,
+             std::optional<std::string_view> before) override
+    {
+        auto treated = machine.spec;
+        treated.drain = machine.is_draining();
+        put_server(treated, before);
+    }
+
+    void remove(FleetMachine const& machine) override { remove_server(machine.spec.address); }
 
     void set_servers(std::vector<ServerSpec> const& servers)
     {
@@ -341,6 +351,11 @@ result<> Scheduler::apply(SchedulerParams params)
     return impl_->apply(std::move(params));
 }
 
+void Scheduler::follow(Fleet& fleet)
+{
+    fleet.add_observer(*impl_);
+}
+
 void Scheduler::set_servers(std::vector<ServerSpec> const& servers)
 {
     impl_->set_servers(servers);
@@ -367,6 +382,14 @@ void Scheduler::report(std::string_view server, LoadReport const& report, TimePo
 void Scheduler::mark_unreachable(std::string_view server, TimePoint now)
 {
     impl_->fleet.mark_unreachable(server, now);
+}
+
+void Scheduler::take(LoadEvent const& event, TimePoint now)
+{
+    if (event.server.state == ServerState::up)
+        report(event.server.address, event.server.report, now);
+    else
+        mark_unreachable(event.server.address, now);
 }
 
 result<Placement> Scheduler::place(TimePoint now)

@@ -9,6 +9,7 @@
 #include "core/simulation/client_protocol.hpp"
 
 #include <webots_cloud/access_control.hpp>
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/scheduler.hpp>
@@ -127,7 +128,8 @@ void session(int times)
     SessionServiceParams params;
     params.config.session_burst = 100'000;
     params.config.session_rate = 10;
-    SessionService service(params, monitor, scheduler, world.clock, Logger());
+    Fleet machines;
+    SessionService service(params, machines, monitor, scheduler, world.clock, Logger());
     AccessParams site;
     site.server = "example.org";
     AccessControl access(std::move(site), service, world.clock, Logger());

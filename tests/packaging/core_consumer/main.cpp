@@ -1,5 +1,6 @@
 // An outside program with no transport of its own: it polls two scripted machines and places a session on the
 // idler one.
+#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/testing/scripted_http.hpp>
@@ -20,10 +21,7 @@ boost::asio::awaitable<result<>> tell_scheduler(LoadMonitor& monitor, Scheduler&
         if (!events)
             co_return events.error();
         for (auto const& event : *events) {
-            if (event.server.state == ServerState::up)
-                scheduler.report(event.server.address, event.server.report, clock.now());
-            else
-                scheduler.mark_unreachable(event.server.address, clock.now());
+            scheduler.take(event, clock.now());
             ++reports;
         }
     }
@@ -41,10 +39,12 @@ int main()
     http.expect("GET http://busy:2000/load").always().reply(200, "40");
     http.expect("GET http://idle:2000/load").always().reply(200, "10.5");
 
+    Fleet fleet;
+    fleet.set({ServerSpec("busy:2000"), ServerSpec("idle:2000")});
     LoadMonitor monitor(http, world.clock);
-    monitor.set_servers({"busy:2000", "idle:2000"});
+    monitor.follow(fleet);
     Scheduler scheduler;
-    scheduler.set_servers({ServerSpec("busy:2000"), ServerSpec("idle:2000")});
+    scheduler.follow(fleet);
     world.run(monitor.run() || tell_scheduler(monitor, scheduler, world.clock));
 
     auto const placement = scheduler.place(world.clock.now());

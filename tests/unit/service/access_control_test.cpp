@@ -116,23 +116,28 @@ BOOST_AUTO_TEST_CASE(a_public_site_answers_to_any_name)
 
 BOOST_AUTO_TEST_CASE(a_site_reaches_as_far_as_its_machines_when_nobody_named_it)
 {
-    auto params = server("localhost");
-    params.machines = {"localhost:2000", "sim1.example.org:2000"};
-    Fixture fixture(params);
+    Fixture fixture(server("localhost"));
+    Fleet fleet;
+    fleet.put(ServerSpec("localhost:2000"));
+    fixture.access.follow(fleet);
+    BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
+    fleet.put(ServerSpec("sim1.example.org/2000"));
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
     BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 101);
-    params.machines = {"localhost:2000"};
-    fixture.access.apply(params, is_secret);
+    fixture.access.apply(server("localhost"), is_secret);
+    BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200, "a reload");
+    fleet.remove("sim1.example.org/2000");
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
     for (auto const* const machine : {"10.0.0.2:2000", "sim1.example.org:2000", "sim2.example.org:2000"})
-        fixture.access.add_machine(machine);
+        fleet.put(ServerSpec(machine));
+    fleet.drain("sim1.example.org:2000", true); // is the same machine
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
-    fixture.access.remove_machine("sim1.example.org:2000");
+    fleet.remove("sim1.example.org:2000");
     BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 101);
-    fixture.access.remove_machine("sim2.example.org:2000");
+    fleet.remove("sim2.example.org:2000");
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
     BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 403);
-    fixture.access.remove_machine("10.0.0.2:2000");
+    fleet.remove("10.0.0.2:2000");
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
 }
 

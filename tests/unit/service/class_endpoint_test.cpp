@@ -52,12 +52,12 @@ struct Fixture
     explicit Fixture(SessionServiceParams params = params_with_password(),
                      SessionServiceHooks hooks = hooks_with_random())
         : http(world.clock), monitor(http, world.clock),
-          service(std::move(params), monitor, scheduler, world.clock, log.logger(), std::move(hooks)),
+          service(std::move(params), fleet, monitor, scheduler, world.clock, log.logger(), std::move(hooks)),
           tasks(world.executor())
     {
         http.expect("GET http://a:2000/load").reply(200, ours).always();
         http.expect("GET http://b:2000/load").reply(200, "100").always();
-        service.set_servers({ServerSpec("a:2000"), ServerSpec("b:2000")});
+        fleet.set({ServerSpec("a:2000"), ServerSpec("b:2000")});
         tasks.spawn(run(service));
         tasks.spawn(run(monitor));
         world.settle();
@@ -142,6 +142,7 @@ struct Fixture
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedHttp http;
+    Fleet fleet;
     LoadMonitor monitor;
     Scheduler scheduler;
     SessionService service;
@@ -181,7 +182,7 @@ BOOST_AUTO_TEST_CASE(nothing_is_fetched_on_a_machine_that_drains)
     Fixture fixture;
     ServerSpec drained("a:2000");
     drained.drain = true;
-    fixture.service.set_servers({drained});
+    fixture.fleet.set({drained});
     auto& teacher = fixture.open_class(30);
     BOOST_TEST(teacher.sent[0].find(R"("machines":[])") != std::string::npos, teacher.sent[0]);
 }
@@ -194,7 +195,7 @@ BOOST_AUTO_TEST_CASE(a_student_does_not_choose_the_host_that_the_teachers_page_c
     Fixture fixture(params);
     ServerSpec machine("*/2000");
     machine.internal_address = "a:2000";
-    fixture.service.set_servers({machine});
+    fixture.fleet.set({machine});
     fixture.world.advance(2s);
     auto& teacher = fixture.open_class(5);
     auto& ada = fixture.join("Ada");

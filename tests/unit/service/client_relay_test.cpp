@@ -61,7 +61,7 @@ struct Fixture
     explicit Fixture(SessionServiceParams params = relaying(),
                      std::vector<std::string> machines = {"a:2000", "b:2000"})
         : http(world.clock), sockets(world.clock), monitor(http, world.clock),
-          service(std::move(params), monitor, scheduler, world.clock, log.logger(), hooks()),
+          service(std::move(params), fleet, monitor, scheduler, world.clock, log.logger(), hooks()),
           tasks(world.executor()), conversations(world.executor())
     {
         std::vector<ServerSpec> servers;
@@ -69,7 +69,7 @@ struct Fixture
             servers.emplace_back(machine);
             sockets.expect(concat("ws://", machine, "/client")).always();
         }
-        service.set_servers(servers);
+        fleet.set(servers);
         tasks.spawn(run(service));
         world.advance(3s); // who waited before a restart would have come by now
     }
@@ -88,7 +88,6 @@ struct Fixture
     {
         SessionServiceHooks given;
         given.websockets = &sockets;
-        given.machine_mac = [](std::string_view) { return std::string(32, 'm'); };
         given.random_bytes = [this](std::size_t size) { return bytes(size, random); };
         given.sign_waiting_ticket = [](std::string_view message) {
             return std::string(32, static_cast<char>(std::hash<std::string_view>()(message) % 256));
@@ -209,6 +208,7 @@ struct Fixture
     testing::RecordingLog log;
     testing::ScriptedHttp http;
     testing::ScriptedWebSockets sockets;
+    Fleet fleet{[](std::string_view) { return std::string(32, 'm'); }};
     LoadMonitor monitor;
     Scheduler scheduler;
     SessionService service;
@@ -282,7 +282,7 @@ BOOST_AUTO_TEST_CASE(a_machine_below_this_server_is_told_where_its_browsers_reac
     server.internal_address = "https://10.0.0.2:2000";
     server.internal_name = "machines.test";
     server.has_own_path = true;
-    fixture.service.set_servers({server});
+    fixture.fleet.set({server});
     fixture.has_room("10.0.0.2:2000", 1);
     (void)fixture.start();
     auto const& request = fixture.sockets.peer("wss://machines.test:2000/client").request();
@@ -678,7 +678,7 @@ BOOST_AUTO_TEST_CASE(where_the_only_machine_with_the_labels_refuses_its_word_is_
     Fixture fixture(relaying(), {"a:2000", "b:2000"});
     ServerSpec with_label("b:2000");
     with_label.labels = {"gpu"};
-    fixture.service.set_servers({ServerSpec("a:2000"), with_label});
+    fixture.fleet.set({ServerSpec("a:2000"), with_label});
     fixture.has_room("b:2000", 2);
     fixture.has_room("a:2000", 9);
     auto& browser = fixture.start();
@@ -697,7 +697,7 @@ BOOST_AUTO_TEST_CASE(labels_stay_needed_when_the_next_machine_is_full)
     Fixture fixture(relaying(), {"a:2000", "b:2000", "c:2000"});
     ServerSpec with_label("b:2000");
     with_label.labels = {"gpu"};
-    fixture.service.set_servers({ServerSpec("a:2000"), with_label, ServerSpec("c:2000")});
+    fixture.fleet.set({ServerSpec("a:2000"), with_label, ServerSpec("c:2000")});
     fixture.has_room("b:2000", 2);
     fixture.has_room("c:2000", 1);
     fixture.has_room("a:2000", 9);
@@ -1094,7 +1094,7 @@ BOOST_AUTO_TEST_CASE(who_returns_before_the_machine_is_found_is_told_to_come_aga
     BOOST_TEST(early.sent.empty());
     BOOST_TEST(early.close_code.value() == 1012);
     BOOST_TEST(fixture.start(R"({"reconnect":"abc"})").sent.size() == 1u); // no machine has such tokens
-    fixture.service.set_servers({ServerSpec("a:2000")});
+    fixture.fleet.set({ServerSpec("a:2000")});
     fixture.sockets.expect("ws://a:2000/client").always();
     fixture.start(returns);
     BOOST_TEST(fixture.machine("a:2000").received().front() == R"({"reconnect":"abc"})");

@@ -157,13 +157,35 @@ BOOST_AUTO_TEST_CASE(servers_come_and_go_while_it_runs)
     BOOST_TEST(fixture.monitor.servers().front().address == "c:2000");
 }
 
+BOOST_AUTO_TEST_CASE(it_polls_the_machines_of_the_fleet_that_it_follows)
+{
+    Fixture fixture({});
+    for (auto const* name : {"a", "b"})
+        fixture.http.expect(std::string("GET http://") + name + ":2000/load").reply(200, "1").always();
+    Fleet fleet;
+    fleet.put(ServerSpec("b:2000"));
+    fixture.monitor.follow(fleet);
+    fixture.start();
+    fleet.put(ServerSpec("a:2000"), "b:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 1u);
+    BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
+    BOOST_TEST(fixture.monitor.servers().front().address == "a:2000");
+    fleet.drain("a:2000", true);
+    BOOST_TEST((fixture.monitor.find("a:2000")->state == ServerState::up), "what is known of it stays");
+    fleet.remove("b:2000");
+    fixture.world.advance(10s);
+    BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") > 1u);
+}
+
 BOOST_AUTO_TEST_CASE(single_servers_come_and_go_while_it_runs)
 {
     Fixture fixture({"a:2000", "c:2000"});
     for (auto const* name : {"a", "b", "c"})
         fixture.http.expect(std::string("GET http://") + name + ":2000/load").reply(200, "1").always();
     fixture.start();
-    fixture.monitor.put_server(PolledServer("b:2000"), "c:2000");
+    fixture.monitor.put_server(ServerSpec("b:2000"), "c:2000");
     fixture.world.settle();
     BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
     std::string order;
@@ -171,7 +193,7 @@ BOOST_AUTO_TEST_CASE(single_servers_come_and_go_while_it_runs)
         order += server.address + " ";
     BOOST_TEST(order == "a:2000 b:2000 c:2000 ");
     auto const* const known = fixture.monitor.find("c:2000");
-    fixture.monitor.put_server(PolledServer("c:2000"), "a:2000");
+    fixture.monitor.put_server(ServerSpec("c:2000"), "a:2000");
     fixture.world.settle();
     BOOST_TEST(fixture.polls_of("http://c:2000/load") == 1u, "it is polled in its turn");
     BOOST_TEST(&fixture.monitor.servers().front() == known);
@@ -205,19 +227,19 @@ BOOST_AUTO_TEST_CASE(a_machine_behind_the_gateway_is_polled_inside)
     Fixture fixture({}, params);
     fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "7").always();
     fixture.http.expect("GET http://10.0.0.3:2000/load").reply(200, "8").always();
-    std::vector<PolledServer> servers{PolledServer("sim.example.org/2000")};
-    servers[0].internal_address = "10.0.0.2:2000";
-    fixture.monitor.set_polled_servers(servers);
+    ServerSpec server("sim.example.org/2000");
+    server.internal_address = "10.0.0.2:2000";
+    fixture.monitor.put_server(server);
     fixture.start();
     BOOST_TEST(fixture.monitor.servers().front().address == "sim.example.org/2000");
     BOOST_TEST(fixture.monitor.servers().front().report.load == 7);
-    servers[0].internal_address = "10.0.0.3:2000"; // it moves
-    fixture.monitor.set_polled_servers(servers);
+    server.internal_address = "10.0.0.3:2000"; // it moves
+    fixture.monitor.put_server(server);
     fixture.world.advance(10s);
     BOOST_TEST(fixture.monitor.servers().front().report.load == 8);
     fixture.http.expect("GET https://sim2.example.org:2000/load").reply(200, "9").always();
-    servers[0].internal_address = "wss://sim2.example.org:2000";
-    fixture.monitor.set_polled_servers(servers);
+    server.internal_address = "wss://sim2.example.org:2000";
+    fixture.monitor.put_server(server);
     fixture.world.advance(10s);
     BOOST_TEST(fixture.monitor.servers().front().report.load == 9);
 }
@@ -226,10 +248,10 @@ BOOST_AUTO_TEST_CASE(a_certificate_may_be_for_a_name_that_several_machines_share
 {
     Fixture fixture({});
     fixture.http.expect("GET https://sim.test:2000/load").reply(200, "7").always();
-    std::vector<PolledServer> servers{PolledServer("10.0.0.2:2000")};
-    servers[0].internal_address = "https://10.0.0.2:2000";
-    servers[0].internal_name = "sim.test";
-    fixture.monitor.set_polled_servers(servers);
+    ServerSpec server("10.0.0.2:2000");
+    server.internal_address = "https://10.0.0.2:2000";
+    server.internal_name = "sim.test";
+    fixture.monitor.put_server(server);
     fixture.start();
     BOOST_TEST(fixture.monitor.servers().front().report.load == 7);
     BOOST_TEST(fixture.http.requests().back().address == "10.0.0.2");
@@ -244,10 +266,10 @@ BOOST_AUTO_TEST_CASE(what_answers_without_our_counters_may_be_taken_for_another_
         .reply(200,
                R"({"load":8,"sessions":0,"starting":0,"capacity":9,"arrivals":0,"failed":0,"departures":0})")
         .always();
-    std::vector<PolledServer> servers{PolledServer("10.0.0.2:2000")};
-    servers[0].internal_address = "10.0.0.2:2000";
-    servers[0].must_be_ours = true;
-    fixture.monitor.set_polled_servers(servers);
+    ServerSpec server("10.0.0.2:2000");
+    server.internal_address = "10.0.0.2:2000";
+    server.has_own_path = true;
+    fixture.monitor.put_server(server);
     fixture.start();
     BOOST_TEST(fixture.monitor.servers().front().problem == "it is not a simulation server of webots_cloud");
     fixture.world.advance(6s);

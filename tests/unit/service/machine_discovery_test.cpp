@@ -116,6 +116,12 @@ struct DiscoveryFixture
             known.insert(std::ranges::find(known, change.before, &ServerSpec::address), change.server);
     }
 
+    /// As was told of a machine.
+    std::string found_by(std::string_view address) const
+    {
+        return std::ranges::find(known, address, &ServerSpec::address)->found_by;
+    }
+
     static std::string text_of(std::vector<ServerSpec> const& servers)
     {
         std::string text;
@@ -167,8 +173,8 @@ BOOST_AUTO_TEST_CASE(machines_come_in_place_of_their_names_and_follow_them)
     fixture.start();
     fixture.world.advance(2s);
     BOOST_TEST(fixture.told == "a:1 10.0.0.2:2000 10.0.0.3:2000");
-    BOOST_TEST(fixture.discovery.origin("a:1") == "");
-    BOOST_TEST(fixture.discovery.origin("10.0.0.2:2000") == "dns:sim.test:2000");
+    BOOST_TEST(fixture.found_by("a:1") == "");
+    BOOST_TEST(fixture.found_by("10.0.0.2:2000") == "dns:sim.test:2000");
     BOOST_TEST(fixture.changes == 1);
     fixture.names.answers.at("sim.test") = answer_of({"10.0.0.9"});
     fixture.world.advance(12s);
@@ -270,8 +276,8 @@ BOOST_AUTO_TEST_CASE(announced_machines_come_and_go)
     BOOST_TEST(fixture.announce("a:1") == 200);
     fixture.world.advance(1s);
     BOOST_TEST(fixture.told == "a:1 b:1");
-    BOOST_TEST(fixture.discovery.origin("b:1") == "announced");
-    BOOST_TEST(fixture.discovery.origin("a:1") == "");
+    BOOST_TEST(fixture.found_by("b:1") == "announced");
+    BOOST_TEST(fixture.found_by("a:1") == "");
     BOOST_TEST(fixture.announce("b:1") == 200);
     fixture.world.advance(29s);
     BOOST_TEST(fixture.told == "a:1 b:1");
@@ -352,7 +358,7 @@ BOOST_AUTO_TEST_CASE(machines_are_reached_inside_where_their_entries_say_so)
     BOOST_TEST(servers[1].address == "10.0.0.7:3000");
     BOOST_TEST(servers[1].internal_address == "10.0.0.7:3000");
     BOOST_TEST(servers[1].labels.front() == "gpu");
-    BOOST_TEST(fixture.discovery.origin("10.0.0.7:3000") == "announced");
+    BOOST_TEST(servers[1].found_by == "announced");
     fixture.discovery.apply(fixture.params_of({"announced"})); // browsers reach them themselves
     BOOST_TEST(fixture.text_of(fixture.discovery.servers()) == "10.0.0.7:3000");
     BOOST_TEST(!fixture.discovery.servers().front().has_own_path);

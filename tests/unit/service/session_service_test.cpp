@@ -27,9 +27,10 @@ namespace {
 struct Fixture
 {
     explicit Fixture(SessionServiceParams params = SessionServiceParams(),
-                     SessionServiceHooks hooks = SessionServiceHooks())
-        : http(world.clock), monitor(http, world.clock),
-          service(std::move(params), monitor, scheduler, world.clock, log.logger(), std::move(hooks)),
+                     SessionServiceHooks hooks = SessionServiceHooks(),
+                     std::function<std::string(std::string_view)> machine_mac = {})
+        : http(world.clock), fleet(std::move(machine_mac)), monitor(http, world.clock), initial(params),
+          service(std::move(params), fleet, monitor, scheduler, world.clock, log.logger(), std::move(hooks)),
           tasks(world.executor())
     {}
 
@@ -45,10 +46,17 @@ struct Fixture
         std::vector<ServerSpec> specs(servers.size());
         for (std::size_t i = 0; i < servers.size(); ++i)
             specs[i].address = servers[i];
-        service.set_servers(specs);
+        reload(specs);
         tasks.spawn(run(service));
         tasks.spawn(run(monitor));
         world.settle();
+    }
+
+    /// As SIGHUP does.
+    void reload(std::vector<ServerSpec> const& servers)
+    {
+        fleet.set(servers);
+        service.apply(initial);
     }
 
     HttpResponse get(std::string_view path, std::string_view method = "GET", std::string_view accept = "*/*")
@@ -92,8 +100,10 @@ struct Fixture
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedHttp http;
+    Fleet fleet;
     LoadMonitor monitor;
     Scheduler scheduler;
+    SessionServiceParams initial;
     SessionService service;
     async::TaskGroup tasks;
 };
@@ -146,14 +156,14 @@ BOOST_AUTO_TEST_CASE(the_monitor_counts_the_sessions_of_a_server_that_left_the_l
     };
     fixture.start({"a:2000"});
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
-    fixture.service.set_servers({ServerSpec("b:2000")});
+    fixture.fleet.set({ServerSpec("b:2000")});
     fixture.world.settle();
     BOOST_TEST(!placed_on_a("1"));
-    fixture.service.set_servers({ServerSpec("a:2000")});
+    fixture.fleet.set({ServerSpec("a:2000")});
     BOOST_TEST(placed_on_a("1"));
     fixture.world.settle();
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
-    fixture.service.set_servers({ServerSpec("a:2000")});
+    fixture.reload({ServerSpec("a:2000")});
     BOOST_TEST(placed_on_a("2"));
 }
 
@@ -170,7 +180,7 @@ BOOST_AUTO_TEST_CASE(single_machines_come_and_go_without_a_word_about_the_others
     changes[0].before = "c:2000";
     changes[1].kind = ServerChange::Kind::removed;
     changes[1].server.address = "a:2000";
-    fixture.service.change_servers(changes);
+    fixture.fleet.change(changes);
     fixture.world.settle();
     BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
     BOOST_TEST(fixture.polls_of("http://c:2000/load") == 1u, "what is known of it stays");
@@ -183,7 +193,7 @@ BOOST_AUTO_TEST_CASE(single_machines_come_and_go_without_a_word_about_the_others
     changes.resize(1);
     changes[0].kind = ServerChange::Kind::changed;
     changes[0].server.drain = true;
-    fixture.service.change_servers(changes);
+    fixture.fleet.change(changes);
     for (int i = 0; i < 4; ++i)
         BOOST_TEST(fixture.get("/session").body == "wss://c:2000");
     fixture.world.advance(1s);
@@ -382,7 +392,7 @@ BOOST_AUTO_TEST_CASE(a_list_that_is_read_again_costs_what_is_different_in_it)
     std::vector<ServerSpec> servers = {ServerSpec("a:2000"), ServerSpec("b:2000"), ServerSpec("c:2000")};
     auto const rows_told = [&] {
         auto const before = watcher.sent.size();
-        fixture.service.set_servers(servers);
+        fixture.reload(servers);
         std::string told;
         for (auto i = before; i < watcher.sent.size(); ++i)
             told += watcher.sent[i];
@@ -717,7 +727,7 @@ BOOST_AUTO_TEST_CASE(metrics_tell_of_each_machine_what_it_reports_and_whether_it
     fixture.world.advance(10s);
     BOOST_TEST(says("webots_machine_up{machine=\"b/2000\"} 0\n"));
     BOOST_TEST(!says("webots_machine_load_ratio{machine=\"b/2000\"}"), "nobody knows what it is now");
-    fixture.service.set_servers({ServerSpec("a:2000")}); // as SIGHUP does
+    fixture.reload({ServerSpec("a:2000")});
     BOOST_TEST(!says("b/2000"));
 }
 
@@ -776,7 +786,7 @@ BOOST_AUTO_TEST_CASE(metrics_of_thousands_of_machines_are_written_ahead_of_time_
     BOOST_TEST(placed() == 2);
     // While it is written the operator changes the machines.
     fixture.world.advance(1001ms);
-    fixture.service.set_servers({ServerSpec("a:2000")});
+    fixture.reload({ServerSpec("a:2000")});
     fixture.world.advance(10ms);
     auto const page = fixture.get("/metrics").body;
     BOOST_TEST(page.find("machine=\"a:2000\"") != std::string::npos);
@@ -917,7 +927,7 @@ BOOST_AUTO_TEST_CASE(a_machine_that_the_operator_drains_gets_nobody_until_that_i
     BOOST_TEST(ask("machine=b/2000").text() == "draining");
     BOOST_TEST(browser.sent.back() == "0"); // at once
     BOOST_TEST(fixture.get("/session").body == "Error: no simulation server available at the moment.");
-    fixture.service.set_servers({ServerSpec("a:2000"), ServerSpec("b/2000")}); // as SIGHUP does
+    fixture.reload({ServerSpec("a:2000"), ServerSpec("b/2000")});
     BOOST_TEST(fixture.get("/session").body == "Error: no simulation server available at the moment.");
 
     BOOST_TEST(ask("machine=a:2000&off").text() == "serving");
@@ -938,7 +948,7 @@ BOOST_AUTO_TEST_CASE(the_operator_is_told_that_the_configuration_drains_a_machin
     fixture.start({"a:2000"});
     ServerSpec spec("a:2000");
     spec.drain = true;
-    fixture.service.set_servers({spec});
+    fixture.fleet.set({spec});
     BOOST_TEST(fixture.get("/monitor").text().find("drained by the configuration") != std::string::npos);
     IncomingRequest request;
     request.method = "POST";
@@ -987,7 +997,7 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     fixture.start({});
     ServerSpec server("sim.example.org/2000");
     server.internal_address = "10.0.0.2:2000";
-    fixture.service.set_servers({server});
+    fixture.fleet.set({server});
     fixture.world.settle();
     BOOST_TEST(fixture.get("/session").body == "wss://sim.example.org/2000");
 
@@ -1017,7 +1027,7 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     request.headers = {};
     server.first_port = 2001;
     server.last_port = 2002;
-    fixture.service.set_servers({server});
+    fixture.fleet.set({server});
     request.path = "/2001/robot_windows/x.html";
     auto const page = std::get<Forward>(fixture.service.respond(request));
     BOOST_TEST((page.answer_headers == HttpHeaders{{"Access-Control-Allow-Origin", "*"}}));
@@ -1027,7 +1037,7 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     request.path = "/2000/client";
     fixture.http.expect("GET https://sim2:2000/load").reply(200, "1").always();
     server.internal_address = "https://sim2:2000";
-    fixture.service.set_servers({server});
+    fixture.fleet.set({server});
     auto const encrypted = fixture.service.respond(request);
     BOOST_TEST(std::get<Forward>(encrypted).upstream.tls);
     BOOST_TEST(std::get<Forward>(encrypted).upstream.host == "sim2");
@@ -1057,7 +1067,7 @@ BOOST_AUTO_TEST_CASE(the_gateway_knows_machines_that_come_and_go_one_by_one)
     request.method = "GET";
     request.path = "/2000/client";
     auto const port = [&]() -> std::uint16_t {
-        fixture.service.change_servers(changes);
+        fixture.fleet.change(changes);
         auto const answer = fixture.service.respond(request);
         auto const* const forward = std::get_if<Forward>(&answer);
         return forward ? forward->upstream.port : std::uint16_t{0};
@@ -1080,7 +1090,7 @@ BOOST_AUTO_TEST_CASE(only_what_is_below_the_gateway_of_a_trusted_machine_keeps_t
     ServerSpec server("sim.example.org/2000");
     server.internal_address = "10.0.0.2:2000";
     auto const keeps_origin = [&](std::string_view path) {
-        fixture.service.set_servers({server});
+        fixture.fleet.set({server});
         IncomingRequest request;
         request.method = "GET";
         request.path = path;
@@ -1103,11 +1113,10 @@ BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
     params.config.gateway = true;
     params.address.host = "sim.example.org";
     SessionServiceHooks hooks;
-    hooks.machine_mac = [](std::string_view message) {
-        return std::string(message.substr(message.size() - 12)) + "...";
-    };
     hooks.make_ticket = [](std::string_view server) { return "for-" + std::string(server); };
-    Fixture fixture(params, hooks);
+    Fixture fixture(params, hooks, [](std::string_view message) {
+        return std::string(message.substr(message.size() - 12)) + "...";
+    });
     constexpr auto ours =
         R"({"load":1,"sessions":0,"starting":0,"capacity":9,"arrivals":0,"failed":0,"departures":0})";
     fixture.http.expect("GET https://machines.test:2000/load").reply(200, "1");
@@ -1119,7 +1128,7 @@ BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
     server.internal_address = "https://10.0.0.2:2000";
     server.internal_name = "machines.test";
     server.has_own_path = true;
-    fixture.service.set_servers({server});
+    fixture.fleet.set({server});
     fixture.world.settle();
 
     std::array<std::pair<std::string_view, std::string_view>, 3> const headers{
@@ -1165,9 +1174,9 @@ BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
     BOOST_TEST(std::holds_alternative<Forward>(get(below + "/client")));
     fixture.world.advance(6s); // nobody is there: whoever comes next may be somebody else
     BOOST_TEST(status(below + "/client") == 502);
-    fixture.service.set_servers({});
+    fixture.fleet.set({});
     BOOST_TEST(status(below + "/client") == 404);
-    fixture.service.set_servers({server});
+    fixture.fleet.set({server});
     BOOST_TEST(status(below + "/client") == 502, "it has come back to its old path");
     params.config.gateway = false;
     fixture.service.apply(params);

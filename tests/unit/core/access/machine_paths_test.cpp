@@ -3,6 +3,8 @@
 #include "core/access/machine_paths.hpp"
 #include "core/text.hpp"
 
+#include <webots_cloud/scheduler.hpp>
+
 #include <string>
 
 using namespace webots_cloud;
@@ -35,8 +37,9 @@ struct Fixture
 {
     Fixture()
     {
+        fleet.add_observer(paths);
         for (auto const& server : servers) {
-            paths.put(server);
+            fleet.put(server);
             paths.answered(server.address, true);
         }
     }
@@ -62,7 +65,8 @@ struct Fixture
     std::vector<ServerSpec> servers{found_machine("10.0.0.2:2000", "10.0.0.2:2000"),
                                     found_machine("10.0.0.3:2000", "10.0.0.3:2000"),
                                     found_machine("sim4.test:2000", "https://sim4.test:2000")};
-    MachinePaths paths{mac};
+    Fleet fleet{mac};
+    MachinePaths paths;
 };
 
 } // namespace
@@ -114,13 +118,13 @@ BOOST_AUTO_TEST_CASE(only_machines_that_have_answered_as_ours_are_passed_on_to)
     BOOST_TEST(fixture.found(path) == "silent");
     fixture.paths.answered("10.0.0.2:2000", true);
     BOOST_TEST(fixture.found(path) == "10.0.0.2 2000 /client");
-    fixture.paths.put(found_machine("10.0.0.9:2000", "10.0.0.9:2000"));
+    fixture.fleet.put(found_machine("10.0.0.9:2000", "10.0.0.9:2000"));
     BOOST_TEST(fixture.found(fixture.below("10.0.0.9:2000", "/")) == "silent");
     BOOST_TEST(fixture.found(path) == "10.0.0.2 2000 /client", "what is known of the others stays");
-    fixture.paths.put(fixture.servers.front());
+    fixture.fleet.put(fixture.servers.front());
     BOOST_TEST(fixture.found(path) == "10.0.0.2 2000 /client", "nor does it change by being told again");
     fixture.servers.front().internal_address = "10.0.0.77:2000"; // who answered there was another one
-    fixture.paths.put(fixture.servers.front());
+    fixture.fleet.put(fixture.servers.front());
     BOOST_TEST(fixture.found(path) == "silent");
     fixture.paths.answered("10.0.0.88:2000", true); // of no machine of the list
     BOOST_TEST(fixture.paths.path_of("10.0.0.88:2000") == "");
@@ -130,16 +134,16 @@ BOOST_AUTO_TEST_CASE(a_path_goes_with_its_machine_and_comes_back_with_it)
 {
     Fixture fixture;
     auto const path = fixture.below("10.0.0.2:2000", "/client");
-    fixture.paths.remove("10.0.0.2:2000");
-    fixture.paths.remove("10.0.0.2:2000");
+    fixture.fleet.remove("10.0.0.2:2000");
+    fixture.fleet.remove("10.0.0.2:2000");
     BOOST_TEST(fixture.found(path) == "");
     BOOST_TEST(fixture.paths.path_of("10.0.0.2:2000") == "");
-    fixture.paths.put(fixture.servers.front());
+    fixture.fleet.put(fixture.servers.front());
     BOOST_TEST(fixture.found(path) == "silent");
     fixture.paths.answered("10.0.0.2:2000", true);
     BOOST_TEST(fixture.found(path) == "10.0.0.2 2000 /client");
     for (auto const& server : fixture.servers)
-        fixture.paths.remove(server.address);
+        fixture.fleet.remove(server.address);
     BOOST_TEST(fixture.paths.empty());
 }
 
@@ -150,7 +154,7 @@ BOOST_AUTO_TEST_CASE(passwords_are_for_the_monitors_of_trusted_machines_alone)
     BOOST_TEST((fixture.paths.find(path, "")->target->kind == UpstreamKind::machine));
     auto trusted = fixture.servers.front();
     trusted.trusted = true;
-    fixture.paths.put(trusted);
+    fixture.fleet.put(trusted);
     auto const target = *fixture.paths.find(path, "")->target;
     BOOST_TEST((target.kind == UpstreamKind::trusted_monitor));
     BOOST_TEST(target.is_trusted);
@@ -158,18 +162,21 @@ BOOST_AUTO_TEST_CASE(passwords_are_for_the_monitors_of_trusted_machines_alone)
 
 BOOST_AUTO_TEST_CASE(machines_that_browsers_reach_themselves_have_no_path)
 {
-    MachinePaths paths(mac);
+    Fleet fleet(mac);
+    MachinePaths paths;
+    fleet.add_observer(paths);
     auto open = found_machine("10.0.0.2:2000", "10.0.0.2:2000");
     open.has_own_path = false;
     for (auto const& server : {open, ServerSpec("a:2000"), found_machine("b:2000", "")})
-        paths.put(server);
+        fleet.put(server);
     BOOST_TEST(paths.empty());
-    paths.put(found_machine("10.0.0.2:2000", "10.0.0.2:2000"));
-    paths.put(open); // from now on
+    fleet.put(found_machine("10.0.0.2:2000", "10.0.0.2:2000"));
+    fleet.put(open); // from now on
     BOOST_TEST(paths.empty());
-    MachinePaths without_secret(nullptr);
+    Fleet without_secret;
+    without_secret.add_observer(paths);
     without_secret.put(found_machine("10.0.0.2:2000", "10.0.0.2:2000"));
-    BOOST_TEST(without_secret.empty());
+    BOOST_TEST(paths.empty());
 }
 
 BOOST_AUTO_TEST_SUITE_END()

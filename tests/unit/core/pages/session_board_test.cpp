@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <list>
+#include <map>
 
 using namespace webots_cloud;
 using namespace webots_cloud::core;
@@ -62,8 +63,23 @@ struct Fixture
             auto const known = std::ranges::find(servers, server.address, &ServerLoad::address);
             auto& here = known == servers.end() ? servers.emplace_back(server.address) : *known;
             assign(here, std::move(server));
-            board.put(here);
+            put(here);
         }
+    }
+    void put(ServerLoad const& server, std::optional<std::string_view> before = std::nullopt)
+    {
+        auto& machine = machines[server.address];
+        machine.spec.address = server.address;
+        board.put(server, machine, nullptr, before);
+    }
+    /// Another fact of a machine.
+    template<class Value>
+    void change(std::size_t number, Value& known, Value value)
+    {
+        auto& machine = machines[row(number).address];
+        auto const was = machine;
+        known = std::move(value);
+        board.put(row(number), machine, &was);
     }
     ServerLoad& row(std::size_t number)
     {
@@ -85,6 +101,7 @@ struct Fixture
     std::string snapshot() { return board.snapshot(); }
     std::string update() { return board.update(); }
 
+    std::map<std::string, FleetMachine> machines; ///< By address.
     std::list<ServerLoad> servers;
     SessionBoard board;
 };
@@ -155,18 +172,14 @@ BOOST_AUTO_TEST_CASE(who_drains_a_server_is_told_and_the_operator_goes_before_th
     BOOST_TEST(
         fixture.snapshot().find(R"("address":"b:1","load":2,"placed":0,"age":0,"drained":"machine")") !=
         std::string::npos);
-    auto const drain = [&](std::string_view by) {
-        fixture.board.note_drained("b:1", by);
-        fixture.board.note_drained("c:1", by);
+    auto const drain = [&](bool is_drained) {
+        fixture.change(1, fixture.machines["b:1"].is_drained, is_drained);
     };
-    drain("operator");
+    drain(true);
     fixture.take(start + 1s, wall + 1s);
     BOOST_TEST(fixture.update() ==
                R"({"now":1700000001,"rows":[{"row":1,"load":2,"placed":0,"age":1,"drained":"operator"}]})");
-    drain("operator");
-    fixture.take(start + 2s, wall + 2s);
-    BOOST_TEST(fixture.update().empty());
-    drain("");
+    drain(false);
     fixture.take(start + 3s, wall + 3s);
     BOOST_TEST(fixture.update() ==
                R"({"now":1700000003,"rows":[{"row":1,"load":2,"placed":0,"age":3,"drained":"machine"}]})");
@@ -176,7 +189,8 @@ BOOST_AUTO_TEST_CASE(how_a_server_was_found_is_in_the_snapshot)
 {
     Fixture fixture({server("a:1", 1), server("b:1", 2)});
     fixture.take();
-    fixture.board.put(fixture.row(1), "dns:sim.test:1");
+    fixture.snapshot(); // as somebody who watches has got it
+    fixture.change(1, fixture.machines["b:1"].spec.found_by, std::string("dns:sim.test:1"));
     fixture.take();
     BOOST_TEST(fixture.snapshot().find(R"("address":"b:1","foundBy":"dns:sim.test:1","load":2)") !=
                std::string::npos);
@@ -230,7 +244,7 @@ BOOST_AUTO_TEST_CASE(a_server_that_comes_or_goes_changes_nothing_of_the_others)
     fixture.take();
     fixture.know(0, server("a:1", 1.5));
     auto const between = server("ab:1", 7);
-    fixture.board.put(between, {}, {}, "b:1");
+    fixture.put(between, "b:1");
     fixture.take(start + 5s, wall + 5s);
     BOOST_TEST(fixture.update() == R"({"now":1700000005,"threshold":95,"last":0,"spacing":5,"servers":[)"
                                    R"({"address":"a:1","load":1.5,"placed":0,"age":5,"history":[1,1.5]},)"
@@ -253,11 +267,11 @@ BOOST_AUTO_TEST_CASE(a_server_that_moves_takes_what_is_known_of_it_along)
 {
     Fixture fixture({server("a:1", 1), server("b:1", 2)});
     fixture.take();
-    fixture.board.put(fixture.row(0), {}, {}, "b:1"); // there it is
-    fixture.board.put(fixture.row(0));
+    fixture.put(fixture.row(0), "b:1"); // there it is
+    fixture.put(fixture.row(0));
     fixture.take(start + 1s, wall + 1s);
     BOOST_TEST(fixture.update() == R"({"now":1700000001,"rows":[{"row":0,"load":1,"placed":0,"age":1}]})");
-    fixture.board.put(fixture.row(0), {}, {}, "");
+    fixture.put(fixture.row(0), "");
     fixture.take(start + 2s, wall + 2s);
     BOOST_TEST(fixture.update() == R"({"now":1700000002,"threshold":95,"last":2,"spacing":5,"servers":[)"
                                    R"({"address":"b:1","load":2,"placed":0,"age":2,"history":[2]},)"

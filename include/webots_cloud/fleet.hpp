@@ -1,0 +1,185 @@
+// The simulation servers of a site: one list, in which they are added, changed, drained and removed.
+// Scheduler, LoadMonitor, SessionService and AccessControl follow it, and so may parts of yours
+// (FleetObserver).
+#pragma once
+
+#include <webots_cloud/export.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace WEBOTS_CLOUD_API webots_cloud {
+
+/// One simulation server as the operator describes it.
+struct ServerSpec
+{
+    ServerSpec() = default;
+    explicit ServerSpec(std::string entry) : address(std::move(entry)) {}
+
+    /// Its entry of "simulationServers", verbatim: its unique name here, and an address for browsers.
+    std::string address;
+    /// How much it is loaded relative to others: a machine of weight 2 is filled to twice the percentage.
+    /// Default 1, positive. Load is a percentage of the machine already, so a bigger machine needs no bigger
+    /// weight; it is for preferences that the load does not show (a spare machine, or one with other tasks).
+    double weight = 1;
+    /// It gets no new sessions; those that it has stay.
+    bool drain = false;
+    /// What it can run, in words of the operator's, as in `gpu`, besides what it reports itself.
+    std::vector<std::string> labels;
+    /// Where the session server itself reaches it: `10.0.0.2:2000`, a numeric address, by plain HTTP; or
+    /// `https://sim2.example.org:2000`, a name or an address, by TLS. Polls go there, and what the gateway
+    /// passes on. Empty: it is polled at its address, and nothing is passed on.
+    std::string internal_address;
+    /// By TLS: its certificate is for this name. Empty: for the host of the internal address.
+    std::string internal_name;
+    /// Browsers reach it through the session server alone, below a path of its own there: as a machine that
+    /// was found, of which several may have the same port. Only with `internal_address`.
+    bool has_own_path = false;
+    /// It was found, and is not on this machine: whatever a name server says, it is not reached at addresses
+    /// of the loopback, and at no others that no machine can have.
+    bool elsewhere = false;
+    /// More ports of that machine that the gateway passes on, the first and the last. 0: none.
+    std::uint16_t first_port = 0;
+    std::uint16_t last_port = 0;
+    /// Its operator is trusted like our own: the gateway passes on passwords for its monitor, and lets
+    /// editors of its simulations have the origin of the site.
+    bool trusted = false;
+    /// How it was found: `dns:sim.example.org:2000`, as the entry that names it, or `announced`. Empty: it is
+    /// an entry itself.
+    std::string found_by;
+
+    bool operator==(ServerSpec const&) const = default;
+};
+
+/// What becomes different in a list of simulation servers.
+struct ServerChange
+{
+    ServerChange() = default;
+
+    enum class Kind : std::uint8_t
+    {
+        added,
+        changed, ///< It is treated in another way, or stands elsewhere.
+        removed
+    };
+
+    Kind kind = Kind::added;
+    /// From now on. Of one that is removed the address alone counts.
+    ServerSpec server;
+    /// It stands in front of this machine, by its address; empty: at the end.
+    std::string before;
+};
+
+/// A machine of a Fleet.
+struct FleetMachine
+{
+    FleetMachine() = default;
+
+    ServerSpec spec;         ///< As it was configured or found.
+    bool is_drained = false; ///< The operator has said so while the server runs: Fleet::drain.
+    /// Below this path of the session server browsers reach it: `/machine/<id>`. Empty: it has none.
+    std::string path;
+
+    /// It gets no new sessions, whoever says so; but it may say so itself, too (`LoadReport::draining`).
+    bool is_draining() const noexcept { return is_drained || spec.drain; }
+    /// Who says so: `operator` or `configuration`; empty: nobody.
+    std::string_view drained_by() const noexcept;
+
+    bool operator==(FleetMachine const&) const = default;
+};
+
+class Fleet;
+
+/// Is told of what changes in a Fleet, while it changes. It must not change the fleet meanwhile.
+///
+/// Of a machine that comes or changes, those who have followed the fleet longest are told first; of one that
+/// leaves, they are told last. So an observer may rely on those who followed before it.
+/// Lifetime: the fleet and its observers may end in any order.
+class FleetObserver
+{
+public:
+    FleetObserver() = default;
+    FleetObserver(FleetObserver const&) = delete;
+    FleetObserver& operator=(FleetObserver const&) = delete;
+    virtual ~FleetObserver();
+
+    /// A machine has come, or is another one than it `was` (null: it is new). It stands in front of the
+    /// machine `before`; empty: at the end; nothing: where it was.
+    /// Lifetime: `machine` is where it is until it has left the fleet; `was`, until put() returns.
+    virtual void put(FleetMachine const& machine, FleetMachine const* was,
+                     std::optional<std::string_view> before) = 0;
+    /// It leaves the fleet.
+    virtual void remove(FleetMachine const& machine) = 0;
+    /// Nothing else changes for now: called once after one or many calls of put() and remove().
+    virtual void settled() {}
+
+private:
+    friend class Fleet;
+    Fleet* fleet_ = nullptr;
+};
+
+/// The machines of a site, in the operator's order, and what is known of each but its load: how it is
+/// configured or was found, whether the operator drains it, and its path. What polls tell is kept by the
+/// LoadMonitor; what the Scheduler has learned, by it.
+///
+/// Thread-safety: distinct objects: safe. One object, with its observers: one thread at a time.
+class Fleet
+{
+public:
+    /// `mac` makes the ids in the paths of machines (HMAC-SHA256, with a secret that is the same after a
+    /// restart, and at all session servers of a site). Empty: no machine has a path of its own
+    /// (`ServerSpec::has_own_path`).
+    explicit Fleet(std::function<std::string(std::string_view message)> mac = {});
+    ~Fleet();
+
+    /// These are its machines from now on: new ones are added, those missing are removed, the others stay
+    /// what they are, drained ones drained. Of entries with one address the first counts.
+    void set(std::vector<ServerSpec> const& servers);
+
+    /// What becomes different, one after the other. It costs what it changes.
+    void change(std::vector<ServerChange> const& changes);
+
+    /// A single machine: a new one is added, a known one is what the entry says from now on. It stands in
+    /// front of the machine `before`, or at the end where that is not in the list. By default new ones come
+    /// to the end, and known ones stay where they are.
+    void put(ServerSpec const& server, std::optional<std::string_view> before = std::nullopt);
+
+    /// It leaves the list; the operator's word that it is drained goes with it.
+    void remove(std::string_view address);
+
+    /// The operator drains a machine, or takes that back; it ends as well when the machine leaves the list.
+    /// Nothing is sent to it, so this works with machines of every kind. False: it is not in the list.
+    bool drain(std::string_view address, bool is_drained);
+
+    /// In the order of the list.
+    /// Lifetime: a machine is where it is until it leaves the list.
+    std::list<FleetMachine> const& machines() const noexcept;
+
+    /// One of them. Null: it is not in the list.
+    /// Lifetime: as of machines().
+    FleetMachine const* find(std::string_view address) const;
+
+    /// How many the operator drains.
+    std::size_t drained() const noexcept;
+
+    /// Tells it of all machines at once, and from now on of what changes. Does nothing if it follows this
+    /// fleet already; another fleet that it has followed tells it nothing more.
+    void add_observer(FleetObserver& observer);
+
+    /// It is told nothing more.
+    void remove_observer(FleetObserver& observer) noexcept;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace webots_cloud
