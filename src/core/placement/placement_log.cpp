@@ -15,15 +15,15 @@ constexpr std::size_t no_position = std::numeric_limits<std::size_t>::max();
 } // namespace
 
 void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
-                   Fleet const& fleet) noexcept
+                   Ranking const& ranking) noexcept
 {
     id = decision;
     policy = &decides;
     at = now;
     random = seed;
-    unseen_arrivals = fleet.unseen_arrivals();
-    offered = fleet.offered();
-    refused = fleet.refused();
+    unseen_arrivals = ranking.unseen_arrivals();
+    offered = ranking.offered();
+    refused = ranking.refused();
     held = free_seats = 0;
     expected_cost.reset();
     chosen = {};
@@ -31,18 +31,18 @@ void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t 
     lowest_count = 0;
     least_committed.reset();
     least_reported.reset();
-    whole_fleet = fleet.size() <= logged_machines;
-    entry_count = whole_fleet ? fleet.size() : 0;
+    whole_fleet = ranking.size() <= logged_machines;
+    entry_count = whole_fleet ? ranking.size() : 0;
     for (std::size_t slot = 0; slot != entry_count; ++slot) {
-        Candidate const& machine = fleet.machine(slot).view();
-        bool const offered_now = machine.refusal == Refusal::none && fleet.position_of(slot) < offered;
+        Candidate const& machine = ranking.machine(slot).view();
+        bool const offered_now = machine.refusal == Refusal::none && ranking.position_of(slot) < offered;
         entries[slot].machine = machine;
-        entries[slot].position = offered_now ? fleet.position_of(slot) : no_position;
+        entries[slot].position = offered_now ? ranking.position_of(slot) : no_position;
     }
 }
 
 void Record::restrict_to(Selection const& selection, PlacementRequest const& request,
-                         ExpectedCost const& cost, Fleet const& fleet) noexcept
+                         ExpectedCost const& cost, Ranking const& ranking) noexcept
 {
     auto const chosen_ones = selection.entries();
     offered = chosen_ones.size();
@@ -55,18 +55,18 @@ void Record::restrict_to(Selection const& selection, PlacementRequest const& req
         entry.position = no_position;
         if (entry.machine.refusal != Refusal::none)
             continue;
-        if (is_excluded(fleet.machine(slot), request))
+        if (is_excluded(ranking.machine(slot), request))
             entry.machine.refusal = Refusal::excluded;
-        else if (!fleet.machine(slot).has_labels(request.labels))
+        else if (!ranking.machine(slot).has_labels(request.labels))
             entry.machine.refusal = Refusal::labels;
-        else if (request.must_fit && fleet.machine(slot).lacks_room(cost))
+        else if (request.must_fit && ranking.machine(slot).lacks_room(cost))
             entry.machine.refusal = Refusal::room;
     }
     if (!whole_fleet)
         return;
     for (std::size_t position = 0; position != chosen_ones.size(); ++position) {
         Entry& entry = entries[chosen_ones[position].slot];
-        entry.machine = fleet.machine(chosen_ones[position].slot).view();
+        entry.machine = ranking.machine(chosen_ones[position].slot).view();
         entry.machine.score = chosen_ones[position].score;
         entry.machine.warm = chosen_ones[position].warm;
         entry.position = position;
@@ -121,30 +121,30 @@ Decision Record::decision() const
 
 Candidate LiveSnapshot::operator[](std::size_t position) const
 {
-    Candidate const& machine = fleet_.machine(fleet_.slot_at(position)).view();
+    Candidate const& machine = ranking_.machine(ranking_.slot_at(position)).view();
     record_.note(position, machine);
     return machine;
 }
 
 std::size_t LiveSnapshot::least_committed() const
 {
-    std::size_t const position = fleet_.least_committed();
+    std::size_t const position = ranking_.least_committed();
     record_.least_committed = position;
-    record_.note(position, fleet_.machine(fleet_.slot_at(position)).view());
+    record_.note(position, ranking_.machine(ranking_.slot_at(position)).view());
     return position;
 }
 
 std::size_t LiveSnapshot::least_reported() const
 {
-    std::size_t const position = fleet_.least_reported();
+    std::size_t const position = ranking_.least_reported();
     record_.least_reported = position;
-    record_.note(position, fleet_.machine(fleet_.slot_at(position)).view());
+    record_.note(position, ranking_.machine(ranking_.slot_at(position)).view());
     return position;
 }
 
 std::size_t LiveSnapshot::lowest(std::span<std::size_t> positions, std::size_t parts, double where) const
 {
-    std::size_t const found = fleet_.lowest(positions, parts, where);
+    std::size_t const found = ranking_.lowest(positions, parts, where);
     std::ranges::copy(positions.first(found), record_.lowest.begin());
     record_.lowest_count = found;
     return found;

@@ -1,14 +1,14 @@
 // The last decisions with everything that they were based on, in preallocated memory.
 #pragma once
 
-#include "placement_fleet.hpp"
+#include "placement_ranking.hpp"
 
 #include <webots_cloud/scheduler.hpp>
 
 namespace webots_cloud::placement {
 
 inline constexpr std::size_t logged_decisions = 100;
-inline constexpr std::size_t logged_machines = Fleet::numbered_in_order;
+inline constexpr std::size_t logged_machines = Ranking::numbered_in_order;
 
 class Selection;
 
@@ -50,10 +50,10 @@ struct Record
     std::optional<std::size_t> least_reported;
 
     void begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
-               Fleet const& fleet) noexcept;
+               Ranking const& ranking) noexcept;
     /// Only these are offered, as they suit the request: to be called after `begin`.
     void restrict_to(Selection const& selection, PlacementRequest const& request, ExpectedCost const& cost,
-                     Fleet const& fleet) noexcept;
+                     Ranking const& ranking) noexcept;
     void note(std::size_t position, Candidate const& machine) noexcept;
     Decision decision() const;
 };
@@ -62,23 +62,23 @@ struct Record
 class LiveSnapshot final : public PlacementSnapshot
 {
 public:
-    LiveSnapshot(Fleet const& fleet, Record& record) noexcept : fleet_(fleet), record_(record) {}
+    LiveSnapshot(Ranking const& ranking, Record& record) noexcept : ranking_(ranking), record_(record) {}
 
-    std::size_t size() const override { return fleet_.offered(); }
+    std::size_t size() const override { return ranking_.offered(); }
     Candidate operator[](std::size_t position) const override;
     std::size_t least_committed() const override;
     std::size_t least_reported() const override;
     std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const override;
-    double unseen_arrivals() const override { return fleet_.unseen_arrivals(); }
+    double unseen_arrivals() const override { return ranking_.unseen_arrivals(); }
 
-    std::size_t slot(std::size_t position) const noexcept { return fleet_.slot_at(position); }
+    std::size_t slot(std::size_t position) const noexcept { return ranking_.slot_at(position); }
     Candidate const& view(std::size_t position) const noexcept
     {
-        return fleet_.machine(slot(position)).view();
+        return ranking_.machine(slot(position)).view();
     }
 
 private:
-    Fleet const& fleet_;
+    Ranking const& ranking_;
     Record& record_;
 };
 

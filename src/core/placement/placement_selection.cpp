@@ -11,21 +11,22 @@ bool is_excluded(Machine const& machine, PlacementRequest const& request) noexce
     return std::ranges::find(request.excluded, machine.address()) != request.excluded.end();
 }
 
-void Selection::select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept
+void Selection::select(Ranking const& ranking, PlacementRequest const& request,
+                       ExpectedCost const& cost) noexcept
 {
     entries_.clear();
     lacking_ = 0;
     excluded_ = 0;
     too_small_ = 0;
     bool has_roomy = false;
-    for (std::size_t position = 0; position != fleet.usable(); ++position) {
-        std::size_t const slot = fleet.slot_at(position);
-        Machine const& machine = fleet.machine(slot);
+    for (std::size_t position = 0; position != ranking.usable(); ++position) {
+        std::size_t const slot = ranking.slot_at(position);
+        Machine const& machine = ranking.machine(slot);
         bool const is_wanted = !is_excluded(machine, request);
         bool const suits = machine.has_labels(request.labels);
         excluded_ += !is_wanted;
         lacking_ += is_wanted && !suits;
-        bool const is_free = position < fleet.roomy() && !machine.lacks_memory(cost, fleet.params());
+        bool const is_free = position < ranking.roomy() && !machine.lacks_memory(cost, ranking.params());
         bool const roomy = is_free && !(request.must_fit && machine.lacks_room(cost));
         too_small_ += is_wanted && suits && is_free && !roomy;
         if (!is_wanted || !suits || (!roomy && (has_roomy || request.only_free)))
@@ -35,10 +36,10 @@ void Selection::select(Fleet const& fleet, PlacementRequest const& request, Expe
         has_roomy = roomy;
         add(machine, slot, cost);
     }
-    double const part = fleet.offered() == 0
+    double const part = ranking.offered() == 0
                             ? 0
-                            : static_cast<double>(entries_.size()) / static_cast<double>(fleet.offered());
-    unseen_arrivals_ = fleet.unseen_arrivals() * std::min(part, 1.0);
+                            : static_cast<double>(entries_.size()) / static_cast<double>(ranking.offered());
+    unseen_arrivals_ = ranking.unseen_arrivals() * std::min(part, 1.0);
 }
 
 void Selection::add(Machine const& machine, std::size_t slot, ExpectedCost const& cost) noexcept
@@ -51,13 +52,13 @@ void Selection::add(Machine const& machine, std::size_t slot, ExpectedCost const
     entries_.push_back(entry); // reserved for all machines: never allocates
 }
 
-void Selection::prefer(Fleet const& fleet, std::uint32_t project, ExpectedCost const& cost) noexcept
+void Selection::prefer(Ranking const& ranking, std::uint32_t project, ExpectedCost const& cost) noexcept
 {
     if (entries_.empty())
         return;
     double const best = std::ranges::min_element(entries_, {}, &Entry::score)->score;
     for (Entry& entry : entries_) {
-        Machine const& machine = fleet.machine(entry.slot);
+        Machine const& machine = ranking.machine(entry.slot);
         double const score = entry.score - machine.preference(cost);
         if (score > best || !machine.has_project(project))
             continue;
@@ -67,10 +68,10 @@ void Selection::prefer(Fleet const& fleet, std::uint32_t project, ExpectedCost c
     }
 }
 
-void Selection::believe_reports(Fleet const& fleet, TimePoint since) noexcept
+void Selection::believe_reports(Ranking const& ranking, TimePoint since) noexcept
 {
     auto const first = best(1);
-    if (!first.empty() && fleet.machine(first.front().slot).shows_arrivals_since(since))
+    if (!first.empty() && ranking.machine(first.front().slot).shows_arrivals_since(since))
         unseen_arrivals_ = 0;
 }
 
@@ -82,18 +83,18 @@ std::span<Selection::Entry const> Selection::best(std::size_t count) noexcept
     return entries().first(count);
 }
 
-bool can_ever_serve(Fleet const& fleet, PlacementRequest const& request) noexcept
+bool can_ever_serve(Ranking const& ranking, PlacementRequest const& request) noexcept
 {
-    for (std::size_t slot = 0; slot != fleet.size(); ++slot)
-        if (!fleet.machine(slot).is_known() || fleet.machine(slot).has_labels(request.labels))
+    for (std::size_t slot = 0; slot != ranking.size(); ++slot)
+        if (!ranking.machine(slot).is_known() || ranking.machine(slot).has_labels(request.labels))
             return true;
-    return fleet.size() == 0;
+    return ranking.size() == 0;
 }
 
 Candidate SelectedSnapshot::view(std::size_t position) const noexcept
 {
     Selection::Entry const& entry = selection_.entries()[position];
-    Candidate machine = fleet_.machine(entry.slot).view();
+    Candidate machine = ranking_.machine(entry.slot).view();
     machine.score = entry.score;
     machine.warm = entry.warm;
     return machine;

@@ -12,7 +12,7 @@
 
 namespace webots_cloud::placement {
 
-/// What one request finds: found by looking at every machine, O(n), unlike the indexes of the Fleet.
+/// What one request finds: found by looking at every machine, O(n), unlike the indexes of the Ranking.
 class Selection
 {
 public:
@@ -34,13 +34,13 @@ public:
 
     /// Overcommitted machines, those whose memory this session would fill, and, if it must fit, those that
     /// have no room for it, are among them only where there are no others.
-    void select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept;
+    void select(Ranking const& ranking, PlacementRequest const& request, ExpectedCost const& cost) noexcept;
     /// To be called after select(): lowers the scores of machines that have the project.
-    void prefer(Fleet const& fleet, std::uint32_t project, ExpectedCost const& cost) noexcept;
+    void prefer(Ranking const& ranking, std::uint32_t project, ExpectedCost const& cost) noexcept;
 
     /// To be called after those: where the best machine has reported since then, others have placed nobody
     /// there unseen.
-    void believe_reports(Fleet const& fleet, TimePoint since) noexcept;
+    void believe_reports(Ranking const& ranking, TimePoint since) noexcept;
     /// The best of these machines, this many. Changes the order of entries().
     std::span<Entry const> best(std::size_t count) noexcept;
 
@@ -66,14 +66,14 @@ private:
 bool is_excluded(Machine const& machine, PlacementRequest const& request) noexcept;
 
 /// Whether a machine of the list has the labels, or may turn out to have them: it has not reported yet.
-bool can_ever_serve(Fleet const& fleet, PlacementRequest const& request) noexcept;
+bool can_ever_serve(Ranking const& ranking, PlacementRequest const& request) noexcept;
 
 /// The selection as a policy sees it; writes down in `record` what the policy looks at.
 class SelectedSnapshot final : public PlacementSnapshot
 {
 public:
-    SelectedSnapshot(Fleet const& fleet, Selection const& selection, Record& record) noexcept
-        : fleet_(fleet), selection_(selection), record_(record)
+    SelectedSnapshot(Ranking const& ranking, Selection const& selection, Record& record) noexcept
+        : ranking_(ranking), selection_(selection), record_(record)
     {}
 
     std::size_t size() const override { return selection_.entries().size(); }
@@ -87,7 +87,7 @@ public:
     Candidate view(std::size_t position) const noexcept;
 
 private:
-    Fleet const& fleet_;
+    Ranking const& ranking_;
     Selection const& selection_;
     Record& record_;
 };

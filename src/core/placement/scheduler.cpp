@@ -1,12 +1,12 @@
-// The public face of placement: validates parameters, asks the Fleet (placement_fleet.cpp) for candidates,
-// lets a policy choose, and keeps the log of decisions. Plain data without clock or task, so that simulations
-// replay it a million times.
+// The public face of placement: validates parameters, asks the Ranking (placement_ranking.cpp) for
+// candidates, lets a policy choose, and keeps the log of decisions. Plain data without clock or task, so that
+// simulations replay it a million times.
 #include <webots_cloud/scheduler.hpp>
 
 #include "core/machine_labels.hpp"
 #include "core/text.hpp"
-#include "placement_fleet.hpp"
 #include "placement_log.hpp"
+#include "placement_ranking.hpp"
 #include "placement_selection.hpp"
 
 #include <algorithm>
@@ -107,7 +107,7 @@ result<> validate(SchedulerParams const& params)
 struct Scheduler::Impl final : FleetObserver
 {
     explicit Impl(SchedulerParams given)
-        : params(std::move(given)), fleet(params), log(placement::logged_decisions)
+        : params(std::move(given)), ranking(params), log(placement::logged_decisions)
     {
         use_policy();
     }
@@ -132,7 +132,7 @@ struct Scheduler::Impl final : FleetObserver
         params = std::move(next);
         if (!keeps_policy)
             use_policy();
-        fleet.reassess();
+        ranking.reassess();
         return {};
     }
 
@@ -152,14 +152,14 @@ struct Scheduler::Impl final : FleetObserver
         for (ServerSpec const& server : servers)
             if (listed.insert(server.address).second)
                 put_server(server, std::string_view());
-        while (fleet.size() > listed.size())
-            remove_server(fleet.machines().front().address()); // the others stand behind those left out
+        while (ranking.size() > listed.size())
+            remove_server(ranking.machines().front().address()); // the others stand behind those left out
     }
 
     void put_server(ServerSpec const& server, std::optional<std::string_view> before)
     {
-        fleet.put(server, *names.insert(server.address).first, before);
-        selection.reserve(fleet.size());
+        ranking.put(server, *names.insert(server.address).first, before);
+        selection.reserve(ranking.size());
     }
 
     void remove_server(std::string_view address)
@@ -167,7 +167,7 @@ struct Scheduler::Impl final : FleetObserver
         auto const name = names.find(address);
         if (name == names.end())
             return;
-        fleet.remove(address);
+        ranking.remove(address);
         std::erase_if(old_names, [name](OldName const& old) { return old.name == *name; });
         old_names.push_back({*name, is_logged(*name) ? last_decision : 0});
         forget_names();
@@ -203,7 +203,7 @@ struct Scheduler::Impl final : FleetObserver
     {
         std::erase_if(old_names, [this](OldName const& old) {
             bool const is_over = old.last_logged == 0 || old.last_logged + log.size() <= last_decision;
-            if (is_over && !fleet.lists(old.name))
+            if (is_over && !ranking.lists(old.name))
                 names.erase(names.find(old.name));
             return is_over;
         });
@@ -214,73 +214,73 @@ struct Scheduler::Impl final : FleetObserver
         std::uint64_t const id = ++last_decision;
         placement::Record& record = log[id % log.size()];
         // Neighbouring states give unrelated numbers: SplitMix64's own seed sequence.
-        record.begin(id, policies.back(), RandomSource(params.seed ^ (id << 32 | id >> 32))(), now, fleet);
+        record.begin(id, policies.back(), RandomSource(params.seed ^ (id << 32 | id >> 32))(), now, ranking);
         return record;
     }
 
     /// Nobody but those for whom they are held may have what is free.
-    bool all_held() const noexcept { return held != 0 && fleet.free_seats() <= held; }
+    bool all_held() const noexcept { return held != 0 && ranking.free_seats() <= held; }
 
     placement::ExpectedCost expect(PlacementRequest const& request) const noexcept
     {
         return request.world.empty() ? placement::ExpectedCost()
-                                     : fleet.expect(world_key(request.world, request.mode));
+                                     : ranking.expect(world_key(request.world, request.mode));
     }
 
     bool may_be_cached(PlacementRequest const& request) const noexcept
     {
-        return !request.world.empty() && fleet.knows_projects();
+        return !request.world.empty() && ranking.knows_projects();
     }
 
     void select(PlacementRequest const& request, placement::ExpectedCost const& cost) noexcept
     {
-        selection.select(fleet, request, cost);
+        selection.select(ranking, request, cost);
         if (may_be_cached(request))
-            selection.prefer(fleet, project_key(request.world), cost);
+            selection.prefer(ranking, project_key(request.world), cost);
     }
 
     result<Placement> place(PlacementRequest const& request, TimePoint now)
     {
-        fleet.expire(now);
+        ranking.expire(now);
         if (!are_labels(request.labels))
             return unusable("labels: wanted at most 32, of letters, digits, \".\", \"_\", \"-\" and \"+\"");
         placement::Record& record = next_record(now);
         auto const cost = expect(request);
         if (cost.is_known)
             record.expected_cost = cost.mean;
-        bool const has_asked = request.current_since <= now && fleet.has_others(now);
+        bool const has_asked = request.current_since <= now && ranking.has_others(now);
         bool const selects = !request.labels.empty() || !request.excluded.empty() || request.only_free ||
                              cost.is_known || may_be_cached(request) || has_asked;
         if (selects) {
             select(request, cost);
             if (has_asked)
-                selection.believe_reports(fleet, request.current_since);
-            record.restrict_to(selection, request, cost, fleet);
-            if (record.offered == 0 && !can_ever_serve(fleet, request))
+                selection.believe_reports(ranking, request.current_since);
+            record.restrict_to(selection, request, cost, ranking);
+            if (record.offered == 0 && !can_ever_serve(ranking, request))
                 return nobody_has(request.labels);
         }
         if (record.offered == 0)
             return selects && selection.too_small() != 0 ? no_room() : none_available();
         if (!request.held && all_held()) {
             record.held = held;
-            record.free_seats = fleet.free_seats();
+            record.free_seats = ranking.free_seats();
             return none_available();
         }
         if (selects)
-            return choose(placement::SelectedSnapshot(fleet, selection, record), record, cost, now);
-        return choose(placement::LiveSnapshot(fleet, record), record, cost, now);
+            return choose(placement::SelectedSnapshot(ranking, selection, record), record, cost, now);
+        return choose(placement::LiveSnapshot(ranking, record), record, cost, now);
     }
 
     std::vector<std::string_view> worth_asking(PlacementRequest const& request, TimePoint now)
     {
-        fleet.expire(now);
-        if (!fleet.has_others(now))
+        ranking.expire(now);
+        if (!ranking.has_others(now))
             return {};
         select(request, expect(request));
         std::vector<std::string_view> to_ask;
         bool is_first = true;
         for (auto const& entry : selection.best(asked_at_once)) {
-            auto const& machine = fleet.machine(entry.slot);
+            auto const& machine = ranking.machine(entry.slot);
             bool const is_current = machine.shows_arrivals_since(request.current_since);
             if (is_first && is_current)
                 return {};
@@ -302,8 +302,8 @@ struct Scheduler::Impl final : FleetObserver
                             std::to_string(record.offered));
         record.note(position, snapshot.view(position));
         std::size_t const slot = snapshot.slot(position);
-        record.chosen = fleet.machine(slot).address();
-        fleet.place(slot, cost, now);
+        record.chosen = ranking.machine(slot).address();
+        ranking.place(slot, cost, now);
         Placement placement;
         placement.address = record.chosen;
         placement.decision = record.id;
@@ -324,7 +324,7 @@ struct Scheduler::Impl final : FleetObserver
     std::list<placement::Policy> policies;
     std::unordered_set<std::string, core::TextHash, std::equal_to<>> names;
     std::vector<OldName> old_names;
-    placement::Fleet fleet;
+    placement::Ranking ranking;
     placement::Selection selection; ///< Of the last request that not every machine suits.
     std::vector<placement::Record> log;
     std::uint64_t last_decision = 0;
@@ -374,14 +374,14 @@ void Scheduler::remove_server(std::string_view address)
 void Scheduler::report(std::string_view server, LoadReport const& report, TimePoint now)
 {
     if (is_usable(report))
-        impl_->fleet.report(server, report, now);
+        impl_->ranking.report(server, report, now);
     else
-        impl_->fleet.mark_unreachable(server, now);
+        impl_->ranking.mark_unreachable(server, now);
 }
 
 void Scheduler::mark_unreachable(std::string_view server, TimePoint now)
 {
-    impl_->fleet.mark_unreachable(server, now);
+    impl_->ranking.mark_unreachable(server, now);
 }
 
 void Scheduler::take(LoadEvent const& event, TimePoint now)
@@ -409,12 +409,12 @@ std::vector<std::string_view> Scheduler::worth_asking(PlacementRequest const& re
 
 void Scheduler::release(Placement const& placement, TimePoint now) noexcept
 {
-    impl_->fleet.release(placement.address, placement.at, now);
+    impl_->ranking.release(placement.address, placement.at, now);
 }
 
 std::string Scheduler::save_costs(TimePoint now) const
 {
-    return impl_->fleet.worlds().save(now);
+    return impl_->ranking.worlds().save(now);
 }
 
 result<> Scheduler::load_costs(std::string_view text, TimePoint now)
@@ -422,27 +422,27 @@ result<> Scheduler::load_costs(std::string_view text, TimePoint now)
     auto worlds = placement::WorldCosts::load(text, now);
     if (!worlds)
         return unusable("these are no saved costs of worlds");
-    impl_->fleet.replace_worlds(std::move(*worlds));
+    impl_->ranking.replace_worlds(std::move(*worlds));
     return {};
 }
 
 bool Scheduler::available(TimePoint now) const
 {
-    impl_->fleet.expire(now);
-    return impl_->fleet.offered() != 0 && !impl_->all_held();
+    impl_->ranking.expire(now);
+    return impl_->ranking.offered() != 0 && !impl_->all_held();
 }
 
 std::array<std::size_t, refusal_count> Scheduler::refusals(TimePoint now) const
 {
-    impl_->fleet.expire(now);
-    return impl_->fleet.obstacles();
+    impl_->ranking.expire(now);
+    return impl_->ranking.obstacles();
 }
 
 Refusal Scheduler::refusal_of(std::string_view server, TimePoint now,
                               std::vector<std::string> const& labels) const
 {
-    impl_->fleet.expire(now);
-    return impl_->fleet.obstacle_of(server, labels);
+    impl_->ranking.expire(now);
+    return impl_->ranking.obstacle_of(server, labels);
 }
 
 void Scheduler::hold(std::size_t seats) noexcept
@@ -459,23 +459,23 @@ result<Placement> Scheduler::place_held(TimePoint now)
 
 std::size_t Scheduler::free_seats(TimePoint now) const
 {
-    impl_->fleet.expire(now);
-    return impl_->fleet.free_seats();
+    impl_->ranking.expire(now);
+    return impl_->ranking.free_seats();
 }
 
 std::vector<Candidate> Scheduler::machines(TimePoint now) const
 {
-    impl_->fleet.expire(now);
+    impl_->ranking.expire(now);
     std::vector<Candidate> machines;
-    machines.reserve(impl_->fleet.size());
-    for (placement::Machine const& machine : impl_->fleet.machines())
+    machines.reserve(impl_->ranking.size());
+    for (placement::Machine const& machine : impl_->ranking.machines())
         machines.push_back(machine.view());
     return machines;
 }
 
 std::uint64_t Scheduler::placed(std::string_view server) const
 {
-    return impl_->fleet.placed(server);
+    return impl_->ranking.placed(server);
 }
 
 std::vector<Decision> Scheduler::decisions() const
@@ -510,7 +510,7 @@ result<std::string> Scheduler::replay(Decision const& decision) const
     Decision::Entry const* const chosen = recorded.find(position);
     if (recorded.missed() || chosen == nullptr)
         return Failure(errc::not_found, "decision " + std::to_string(decision.id) +
-                                            " was recorded in part only: the fleet was too large");
+                                            " was recorded in part only: the ranking was too large");
     return chosen->address;
 }
 

@@ -16,12 +16,12 @@ namespace webots_cloud::placement {
 ///
 /// Machines are numbered by slot: up to `numbered_in_order` of them in the order of the list, more of them in
 /// the order in which they came, while the last one takes the number of one that leaves.
-class Fleet
+class Ranking
 {
 public:
     static constexpr std::size_t numbered_in_order = 64;
 
-    explicit Fleet(SchedulerParams const& params);
+    explicit Ranking(SchedulerParams const& params);
 
     /// As Scheduler::put_server. `name` owns the address and outlives its use here.
     void put(ServerSpec const& spec, std::string_view name, std::optional<std::string_view> before);

@@ -1,6 +1,6 @@
 // Keeps machines in indexes by how full they are, so that choosing among 10,000 costs microseconds; an index
 // is repaired where a machine has changed, not sorted anew.
-#include "placement_fleet.hpp"
+#include "placement_ranking.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -16,9 +16,9 @@ constexpr std::size_t min_departed = 100;
 
 } // namespace
 
-Fleet::Fleet(SchedulerParams const& params) : params_(params), first_turns_(params.seed) {}
+Ranking::Ranking(SchedulerParams const& params) : params_(params), first_turns_(params.seed) {}
 
-void Fleet::put(ServerSpec const& spec, std::string_view name, std::optional<std::string_view> before)
+void Ranking::put(ServerSpec const& spec, std::string_view name, std::optional<std::string_view> before)
 {
     auto const next = before ? slots_.find(*before) : slots_.end();
     auto const place = next == slots_.end() ? machines_.end() : by_slot_[next->second];
@@ -34,7 +34,7 @@ void Fleet::put(ServerSpec const& spec, std::string_view name, std::optional<std
     number_in_order();
 }
 
-void Fleet::add(ServerSpec const& spec, std::string_view name, std::list<Machine>::iterator place)
+void Ranking::add(ServerSpec const& spec, std::string_view name, std::list<Machine>::iterator place)
 {
     auto const machine = machines_.emplace(place, spec, name, params_);
     machine->set_turn(static_cast<std::uint32_t>(first_turns_.below(served)));
@@ -52,7 +52,7 @@ void Fleet::add(ServerSpec const& spec, std::string_view name, std::list<Machine
     assess(slot, machine->last_report());
 }
 
-void Fleet::remove(std::string_view server)
+void Ranking::remove(std::string_view server)
 {
     auto const found = slots_.find(server);
     if (found == slots_.end())
@@ -74,7 +74,7 @@ void Fleet::remove(std::string_view server)
 }
 
 /// To a number that nobody has.
-void Fleet::renumber(std::uint32_t from, std::uint32_t to)
+void Ranking::renumber(std::uint32_t from, std::uint32_t to)
 {
     for (auto* const index : {&by_score_, &by_load_}) {
         index->set(to, from == to ? TournamentTree::absent : index->key(from));
@@ -98,7 +98,7 @@ void Fleet::renumber(std::uint32_t from, std::uint32_t to)
 }
 
 /// Explanations name the machines of small fleets in the operator's order.
-void Fleet::number_in_order()
+void Ranking::number_in_order()
 {
     if (machines_.size() > numbered_in_order)
         return;
@@ -111,7 +111,7 @@ void Fleet::number_in_order()
 }
 
 /// For when it comes back; whoever left longest ago is forgotten.
-void Fleet::remember(Machine const& machine)
+void Ranking::remember(Machine const& machine)
 {
     if (machine.placed() == 0)
         return;
@@ -123,7 +123,7 @@ void Fleet::remember(Machine const& machine)
     departed_.pop_front();
 }
 
-std::uint64_t Fleet::placed_before(std::string_view server)
+std::uint64_t Ranking::placed_before(std::string_view server)
 {
     auto const known = departed_by_name_.find(server);
     if (known == departed_by_name_.end())
@@ -135,7 +135,7 @@ std::uint64_t Fleet::placed_before(std::string_view server)
     return placed;
 }
 
-void Fleet::rebuild()
+void Ranking::rebuild()
 {
     places_.assign(by_slot_.size(), Place());
     by_score_.reset(by_slot_.size());
@@ -160,7 +160,7 @@ void Fleet::rebuild()
         assess(slot, by_slot_[slot]->last_report());
 }
 
-void Fleet::report(std::string_view server, LoadReport const& report, TimePoint now)
+void Ranking::report(std::string_view server, LoadReport const& report, TimePoint now)
 {
     auto const found = slots_.find(server);
     if (found == slots_.end())
@@ -191,7 +191,7 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     assess(slot, now);
 }
 
-void Fleet::mark_unreachable(std::string_view server, TimePoint now)
+void Ranking::mark_unreachable(std::string_view server, TimePoint now)
 {
     auto const found = slots_.find(server);
     if (found == slots_.end())
@@ -200,14 +200,14 @@ void Fleet::mark_unreachable(std::string_view server, TimePoint now)
     assess(found->second, now);
 }
 
-void Fleet::place(std::size_t slot, ExpectedCost const& cost, TimePoint now) noexcept
+void Ranking::place(std::size_t slot, ExpectedCost const& cost, TimePoint now) noexcept
 {
     by_slot_[slot]->place(cost, now);
     by_slot_[slot]->set_turn(served | (turns_++ & (served - 1)));
     assess(slot, now);
 }
 
-void Fleet::release(std::string_view server, TimePoint placed_at, TimePoint now) noexcept
+void Ranking::release(std::string_view server, TimePoint placed_at, TimePoint now) noexcept
 {
     auto const found = slots_.find(server);
     if (found == slots_.end())
@@ -216,7 +216,7 @@ void Fleet::release(std::string_view server, TimePoint placed_at, TimePoint now)
     assess(found->second, now);
 }
 
-std::uint64_t Fleet::placed(std::string_view server) const
+std::uint64_t Ranking::placed(std::string_view server) const
 {
     if (auto const found = slots_.find(server); found != slots_.end())
         return by_slot_[found->second]->placed();
@@ -224,7 +224,7 @@ std::uint64_t Fleet::placed(std::string_view server) const
     return before == departed_by_name_.end() ? 0 : before->second->placed;
 }
 
-Refusal Fleet::obstacle_of(std::string_view server, std::vector<std::string> const& labels) const noexcept
+Refusal Ranking::obstacle_of(std::string_view server, std::vector<std::string> const& labels) const noexcept
 {
     auto const found = slots_.find(server);
     if (found == slots_.end())
@@ -233,7 +233,7 @@ Refusal Fleet::obstacle_of(std::string_view server, std::vector<std::string> con
     return machine.is_known() && !machine.has_labels(labels) ? Refusal::labels : machine.obstacle();
 }
 
-void Fleet::expire(TimePoint now) noexcept
+void Ranking::expire(TimePoint now) noexcept
 {
     if (params_.report_lifetime == Duration::zero())
         return;
@@ -245,7 +245,7 @@ void Fleet::expire(TimePoint now) noexcept
     }
 }
 
-std::size_t Fleet::lowest(std::span<std::size_t> positions, std::size_t parts, double where) const noexcept
+std::size_t Ranking::lowest(std::span<std::size_t> positions, std::size_t parts, double where) const noexcept
 {
     auto const near = static_cast<std::size_t>(where * static_cast<double>(by_slot_.size()));
     std::size_t const found = by_score_.lowest(positions, parts, near);
@@ -259,7 +259,7 @@ std::size_t Fleet::lowest(std::span<std::size_t> positions, std::size_t parts, d
     return offered_here;
 }
 
-void Fleet::assess(std::size_t slot, TimePoint now) noexcept
+void Ranking::assess(std::size_t slot, TimePoint now) noexcept
 {
     Machine& machine = *by_slot_[slot];
     machine.assess(now, lessons_, params_);
@@ -286,7 +286,7 @@ void Fleet::assess(std::size_t slot, TimePoint now) noexcept
     }
 }
 
-void Fleet::offer(std::uint32_t slot, bool roomy) noexcept
+void Ranking::offer(std::uint32_t slot, bool roomy) noexcept
 {
     if (places_[slot].position == nowhere) {
         places_[slot].position = static_cast<std::uint32_t>(usable_.size());
@@ -299,7 +299,7 @@ void Fleet::offer(std::uint32_t slot, bool roomy) noexcept
         exchange(slot, --roomy_);
 }
 
-void Fleet::withdraw(std::uint32_t slot) noexcept
+void Ranking::withdraw(std::uint32_t slot) noexcept
 {
     if (places_[slot].position < roomy_)
         exchange(slot, --roomy_);
@@ -309,14 +309,14 @@ void Fleet::withdraw(std::uint32_t slot) noexcept
 }
 
 /// Swaps the positions of a machine and of the one that is at `position`.
-void Fleet::exchange(std::uint32_t slot, std::size_t position) noexcept
+void Ranking::exchange(std::uint32_t slot, std::size_t position) noexcept
 {
     std::uint32_t const other = usable_[position];
     std::swap(usable_[places_[slot].position], usable_[position]);
     std::swap(places_[slot].position, places_[other].position);
 }
 
-void Fleet::unlink(std::uint32_t slot) noexcept
+void Ranking::unlink(std::uint32_t slot) noexcept
 {
     Place& place = places_[slot];
     if (oldest_ != slot && place.older == nowhere)
@@ -326,7 +326,7 @@ void Fleet::unlink(std::uint32_t slot) noexcept
     place.older = place.newer = nowhere;
 }
 
-void Fleet::link_newest(std::uint32_t slot) noexcept
+void Ranking::link_newest(std::uint32_t slot) noexcept
 {
     places_[slot].older = newest_;
     (newest_ == nowhere ? oldest_ : places_[newest_].newer) = slot;
