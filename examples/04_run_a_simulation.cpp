@@ -30,7 +30,8 @@ asio::awaitable<result<>> run_until_ready(Simulation& simulation)
             std::cout << "ready: " << (ready->port != 0 ? "it listens" : "no port") << '\n';
             simulation.terminate();
         } else if (auto const* ended = std::get_if<SimulationEnded>(&*event)) {
-            std::cout << "ended: " << (ended->was_ready ? "after it was ready" : ended->reason) << '\n';
+            std::cout << "ended: " << (ended->was_ready ? "after it was ready" : ended->reason.message())
+                      << '\n';
             co_return result<>();
         }
     }

@@ -7,9 +7,11 @@
 #include <boost/system/result.hpp>
 #include <boost/system/system_error.hpp>
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
@@ -35,6 +37,16 @@ boost::system::error_category const& webots_cloud_category() noexcept;
 
 boost::system::error_code make_error_code(errc code) noexcept;
 
+/// What a sentence says, for programs: which refusal it is, and what varies in it. The sentence itself is for
+/// people, and may change.
+struct FailureInfo
+{
+    FailureInfo() = default;
+
+    std::string_view code; ///< Such as "no-repository" (docs/messages.md); it lives as long as the program.
+    std::vector<std::pair<std::string_view, std::string>> arguments; ///< By name; the names live as long.
+};
+
 /// An error code and what a person should know about it.
 ///
 /// Made implicitly from an `errc` or any `error_code`; compares equal to a code whatever its detail says.
@@ -44,6 +56,9 @@ public:
     Failure() = default;
     Failure(errc code, std::string detail = {}) : code_(make_error_code(code)), detail_(std::move(detail)) {}
     Failure(boost::system::error_code code, std::string detail = {}) : code_(code), detail_(std::move(detail))
+    {}
+    Failure(boost::system::error_code code, std::string detail, FailureInfo info)
+        : code_(code), detail_(std::move(detail)), info_(std::make_shared<FailureInfo const>(std::move(info)))
     {}
 
     boost::system::error_code code() const noexcept { return code_; }
@@ -56,7 +71,11 @@ public:
     /// `detail()`, or the message of the code where there is none: never empty.
     std::string message() const { return detail_.empty() ? code_.message() : detail_; }
 
-    /// The same failure, said with `context` and ": " in front.
+    /// What the sentence says; null for a failure that no visitor is to be told of, or whose sentence has no
+    /// code. Valid as long as this failure or a copy of it.
+    FailureInfo const* info() const noexcept { return info_.get(); }
+
+    /// The same failure, said with `context` and ": " in front; without `info()`, as the sentence is another.
     Failure within(std::string_view context) const
     {
         return Failure(code_, std::string(context).append(": ").append(message()));
@@ -74,6 +93,7 @@ public:
 private:
     boost::system::error_code code_;
     std::string detail_;
+    std::shared_ptr<FailureInfo const> info_;
 };
 
 /// Found by argument-dependent lookup when `.value()` is called on a failed result.

@@ -145,7 +145,7 @@ struct SimulationEnded
 {
     SimulationEnded() = default;
 
-    std::string reason;
+    Failure reason; ///< Without a sentence after `terminate`: who called it knows why.
     ExitStatus status;
     bool was_ready = false;
     std::optional<Limit> overrun; ///< The limit that it was ended for.

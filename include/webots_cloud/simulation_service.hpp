@@ -22,6 +22,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,7 +66,7 @@ struct SimulationServiceHooks
     std::function<std::string()> new_token;
     /// Why a browser that came with a ticket may start no simulation, a sentence; empty: it may, this once.
     /// The ticket is empty for browsers without one. Not set: tickets mean nothing.
-    std::function<std::string(std::string_view ticket)> refuse_ticket;
+    std::function<std::optional<Failure>(std::string_view ticket)> refuse_ticket;
     /// Makes the tokens in the addresses of simulations, which nobody can guess: letters only. Required where
     /// the launcher's `gateway` is true. Without, the monitor page is not live behind a session server.
     std::function<std::string()> new_address_token;

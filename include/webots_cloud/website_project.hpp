@@ -28,7 +28,8 @@ struct WebsiteProject
     std::string custom_data;
     /// In which its page shows the simulation: `mjpeg`; `w3d`, `x3d` or empty, in which the page draws.
     std::string mode;
-    bool relayed = false; ///< It comes from a session server, which can ask another machine.
+    bool relayed = false;       ///< It comes from a session server, which can ask another machine.
+    bool wants_reasons = false; ///< Its page has a text for each code of a refusal.
 
     /// The website's name without scheme and port: what its key is filed under.
     std::string host() const;

@@ -27,10 +27,10 @@ result<std::function<std::string(std::string_view)>> ticket_maker(SessionConfig 
     });
 }
 
-result<std::function<std::string(std::string_view)>> ticket_check(SimulationConfig const& config,
-                                                                  Clock& clock, Logger log)
+result<std::function<std::optional<Failure>(std::string_view)>> ticket_check(SimulationConfig const& config,
+                                                                             Clock& clock, Logger log)
 {
-    using Check = std::function<std::string(std::string_view)>;
+    using Check = std::function<std::optional<Failure>(std::string_view)>;
     if (config.access.session_secret.empty())
         return Check();
     auto mac = make_ticket_mac(config.access.session_secret);
@@ -53,7 +53,7 @@ result<std::function<std::string(std::string_view)>> ticket_check(SimulationConf
         auto const verdict = book->redeem(ticket, clock.wall());
         if (verdict == core::TicketVerdict::unknown)
             log.warning(LogCause("ticket"), hint);
-        return std::string(core::refusal(verdict));
+        return core::refusal(verdict);
     });
 }
 

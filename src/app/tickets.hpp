@@ -7,6 +7,7 @@
 #include <webots_cloud/transport/logger.hpp>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,7 +24,7 @@ result<std::function<std::string(std::string_view server)>> ticket_maker(Session
 ///
 /// Lifetime: the clock must outlive the function.
 /// Errors: as `make_ticket_mac`.
-result<std::function<std::string(std::string_view ticket)>> ticket_check(SimulationConfig const& config,
-                                                                         Clock& clock, Logger log);
+result<std::function<std::optional<Failure>(std::string_view ticket)>>
+ticket_check(SimulationConfig const& config, Clock& clock, Logger log);
 
 } // namespace webots_cloud::app

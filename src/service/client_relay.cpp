@@ -3,9 +3,11 @@
 // there.
 #include "client_relay_browser.hpp"
 
+#include "core/refusals.hpp"
 #include "core/relay/relay_messages.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
+#include "tell.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -33,9 +35,6 @@ constexpr std::size_t max_kept = 16 * 1024 * 1024;
 constexpr Duration all_found = std::chrono::seconds(15);
 
 constexpr std::uint16_t try_again_later = 1013; // as in the registry of RFC 6455
-
-constexpr std::string_view too_many =
-    "too many sessions are asked for from your network. Please try again in a moment.";
 
 } // namespace
 
@@ -85,7 +84,7 @@ asio::awaitable<void> ClientRelay::serve(ChannelInfo info, Channel& channel)
     browser.client = std::move(info.client);
     browser.waits_since = clock_.now();
     if (auto const oldest = silent_.enter(id, info.quota_key))
-        refuse(browsers_.at(*oldest), "Too many connections wait here for their start: please start again.");
+        refuse(browsers_.at(*oldest), core::Refused::too_many_silent);
     if (silent_.size() == 1 && line_changed_)
         line_changed_->notify(); // `run` has to look after it
     return talk(browser);
@@ -120,7 +119,7 @@ void ClientRelay::drop_silent(TimePoint now)
 {
     for (auto oldest = silent_.first(); oldest && now >= end_of_silence(*oldest); oldest = silent_.first()) {
         (void)silent_.leave(*oldest);
-        refuse(browsers_.at(*oldest), "No simulation was asked for in time: please start again.");
+        refuse(browsers_.at(*oldest), core::Refused::nothing_asked);
     }
 }
 
@@ -129,38 +128,43 @@ TimePoint ClientRelay::end_of_silence(Id silent) const
     return browsers_.at(silent).waits_since + first_message_timeout;
 }
 
-void ClientRelay::refuse(Browser& browser, std::string_view sentence)
+void ClientRelay::refuse(Browser& browser, Failure const& why)
 {
-    (void)browser.channel.send(core::error_message(sentence));
+    tell(browser.channel, why, browser.options.wants_reasons);
     browser.channel.close();
+}
+
+void ClientRelay::refuse(Browser& browser, core::Refused why)
+{
+    refuse(browser, core::refused(why));
 }
 
 void ClientRelay::take_first(Browser& browser, std::string text, std::string const& quota_key)
 {
     auto const message = core::parse_client_message(text);
+    browser.options = core::relay_options(text);
     if (auto const* request = std::get_if<core::SimulationRequest>(&message)) {
         if (core::is_fetch_only(*request))
-            return refuse(browser, "A project can be fetched for later on a simulation server only.");
+            return refuse(browser, core::Refused::fetch_at_relay);
         return begin(browser, std::move(text), quota_key);
     }
     if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&message))
         return come_back(browser, reconnect->token, quota_key);
     if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))
-        return refuse(browser, concat("Wrong message: ", malformed->reason, "."));
-    refuse(browser, "The first message has to ask for a simulation.");
+        return refuse(browser, core::refused(core::Refused::wrong_message, {{"words", malformed->reason}}));
+    refuse(browser, core::Refused::nothing_to_relay);
 }
 
 /// A browser asks for a simulation.
 void ClientRelay::begin(Browser& browser, std::string text, std::string const& quota_key)
 {
     if (hooks_.may_ask && !hooks_.may_ask(quota_key))
-        return refuse(browser, too_many);
+        return refuse(browser, core::Refused::too_many_starts);
     auto const now = clock_.now();
-    browser.options = core::relay_options(text);
     browser.request = std::move(text);
     ask_for_seat(browser);
     if (browser.seat == core::SeatRequest::too_often)
-        return refuse(browser, too_many);
+        return refuse(browser, core::Refused::too_many_starts);
     browser.group = group_of(browser, quota_key);
     browser.waits_since = now;
     browser.rank = clock_.wall();
@@ -198,9 +202,9 @@ void ClientRelay::serve_now(Browser& browser, PlacementRequest const& request, T
 void ClientRelay::line_up(Browser& browser, TimePoint now)
 {
     if (params_.waiting_places == 0)
-        return refuse(browser, relay::no_server);
+        return refuse(browser, core::Refused::no_machine_to_relay);
     if (browser.request.size() > short_request && kept_ + browser.request.size() > max_kept)
-        return refuse(browser, relay::no_server);
+        return refuse(browser, core::Refused::no_machine_to_relay);
     if (wait_in_line(browser, now) && !is_settling(now))
         give_out_seats(now);
 }
@@ -212,8 +216,9 @@ void ClientRelay::come_back(Browser& browser, std::string_view text, std::string
     bool const is_known = token && machines_.contains(token->entry);
     if (token && !is_known && params_.finds_machines && clock_.now() - began_ < all_found)
         return browser.channel.close(relay::service_restart);
+    browser.options.wants_reasons = true; // who has a token knows what we add
     if (!is_known)
-        return refuse(browser, "This simulation has ended. Please start it again.");
+        return refuse(browser, core::Refused::has_ended);
     if (hooks_.may_ask && !hooks_.may_ask(quota_key))
         return browser.channel.close(try_again_later);
     browser.options.can_return = true;

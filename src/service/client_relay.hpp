@@ -8,6 +8,7 @@
 #include "core/access/tickets.hpp"
 #include "core/classes/class_book.hpp"
 #include "core/pages/histogram.hpp"
+#include "core/refusals.hpp"
 #include "core/relay/machine_conversation.hpp"
 #include "core/relay/machine_faults.hpp"
 #include "core/relay/machine_questions.hpp"
@@ -160,7 +161,8 @@ private:
     void serve_now(Browser& browser, PlacementRequest const& request, TimePoint now);
     void line_up(Browser& browser, TimePoint now);
     void come_back(Browser& browser, std::string_view text, std::string const& quota_key);
-    static void refuse(Browser& browser, std::string_view sentence);
+    static void refuse(Browser& browser, Failure const& why);
+    static void refuse(Browser& browser, core::Refused why);
     boost::asio::awaitable<void> leave(Browser& browser, Failure const& why);
 
     std::string group_of(Browser const& browser, std::string const& quota_key) const;

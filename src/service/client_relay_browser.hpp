@@ -25,7 +25,6 @@ inline constexpr Duration current_report = std::chrono::milliseconds(100);
 /// A session whose world is known to need more than any free machine has left waits no longer than this for
 /// room: it would slow down all simulations of a machine, which last for minutes.
 inline constexpr Duration longest_wait_for_room = std::chrono::seconds(90);
-inline constexpr std::string_view no_server = "No simulation server available at the moment.";
 
 } // namespace relay
 
@@ -80,6 +79,7 @@ struct ClientRelay::Refusals
     std::vector<std::string> full;  ///< Machines that do not come into question at the moment.
     std::vector<std::string> needs; ///< Labels.
     std::string last_word;          ///< What the machine that refused last has said; empty: nothing.
+    std::string last_reason;        ///< Its message `reason:` before that; empty: none.
 };
 
 /// A browser, from the handshake to the end of its connection. Those that wait are many, so it is small: what

@@ -4,6 +4,7 @@
 #include "async/cancellation.hpp"
 #include "async/deadline.hpp"
 #include "core/prefetch.hpp"
+#include "core/refusals.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
 
@@ -41,9 +42,6 @@ constexpr std::size_t max_wishes = 32;         // different ones, of those who w
 constexpr std::size_t max_tries = 32;    // placements in one turn that fail
 constexpr std::size_t max_passed = 1000; // browsers in one turn, whose worlds were tried a moment ago
 constexpr Duration between_tries = std::chrono::seconds(1);
-
-constexpr std::string_view group_full =
-    "Too many wait here from your network already. Please try again in a moment.";
 
 /// Whether a machine with this obstacle answers, and takes sessions when it has room.
 bool takes_sessions_later(Refusal obstacle) noexcept
@@ -101,7 +99,8 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     if (verdict != Verdict::waits) {
         ++refused_;
         hooks_.note_placement(false);
-        refuse(browser, verdict == Verdict::full ? relay::no_server : group_full);
+        refuse(browser,
+               verdict == Verdict::full ? core::Refused::no_machine_to_relay : core::Refused::too_many_wait);
         return false;
     }
     kept_ += browser.request.size();
@@ -157,7 +156,9 @@ void ClientRelay::tell_refusal(Browser& browser)
 {
     auto const* const refusals = browser.refusals.get();
     if (!refusals || refusals->last_word.empty())
-        return refuse(browser, relay::no_server);
+        return refuse(browser, core::Refused::no_machine_to_relay);
+    if (browser.options.wants_reasons && !refusals->last_reason.empty())
+        (void)browser.channel.send(refusals->last_reason);
     (void)browser.channel.send(core::error_message(refusals->last_word));
     browser.channel.close();
 }
@@ -314,7 +315,7 @@ void ClientRelay::give_out_seats(TimePoint now)
     }
     for (auto const& [browser, why] : hopeless) {
         (void)leave_line(*browser);
-        refuse(*browser, why.message());
+        refuse(*browser, why);
     }
     for (auto* const browser : refused) {
         (void)leave_line(*browser);

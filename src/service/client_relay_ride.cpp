@@ -5,6 +5,7 @@
 #include "async/deadline.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
+#include "core/refusals.hpp"
 #include "core/relay/relay_messages.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/public_base.hpp"
@@ -76,7 +77,7 @@ void ClientRelay::pass_on(Browser& browser, std::string message)
     if (!is_greedy)
         return;
     ride.is_at_fault = true;
-    refuse(browser, "This page sends too much: please start again.");
+    refuse(browser, core::Refused::page_says_too_much);
 }
 
 /// Finds a machine, where the browser goes next.
@@ -246,7 +247,7 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser)
     if (placed)
         return Next::another_machine;
     if (placed.error() == errc::refused) {
-        refuse(browser, placed.error().message());
+        refuse(browser, placed.error());
         return Next::end;
     }
     if (params_.waiting_places > 0 && is_patient && may_be_taken(browser, now)) {
@@ -299,9 +300,11 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
             if (ended == MachineRefusal::needs)
                 browser.refusals_so_far().needs = conversation.needs();
             // A person who waits for room at one machine wants to know why another one has refused.
-            if (auto& word = browser.refusals_so_far().last_word;
-                ended != MachineRefusal::full || word.empty())
-                word = conversation.last_word();
+            if (auto& refusals = browser.refusals_so_far();
+                ended != MachineRefusal::full || refusals.last_word.empty()) {
+                refusals.last_word = conversation.last_word();
+                refusals.last_reason = conversation.last_reason();
+            }
             break;
         }
         if (conversation.is_ready() && !was_ready)

@@ -2,6 +2,7 @@
 // core/docker; here templates are read, and images that projects start from are fetched.
 #include "docker_project_files.hpp"
 
+#include "core/refusals.hpp"
 #include "core/sandbox/visible.hpp"
 #include "core/text.hpp"
 
@@ -51,11 +52,8 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
         bases = std::move(competition->bases);
     }
     if (core::compose_services(*compose_file).empty())
-        co_return Failure(
-            errc::start_failed,
-            concat("This server's ", core::compose_template_file(yml->kind),
-                   " has no services that can be understood. Its operator has to indent them, one "
-                   "below the other, below \"services:\"."));
+        co_return core::refused(core::Refused::no_compose_services,
+                                {{"file", core::compose_template_file(yml->kind)}});
     core::ContainerWalls walls;
     walls.own_display = params_.own_displays;
     walls.display_socket = display_socket();
@@ -153,16 +151,13 @@ asio::awaitable<result<>> DockerProjectFiles::check_bases(std::vector<std::strin
             Names pull{params_.docker.string(), "pull", "--quiet", base};
             auto const pulled = co_await commands_.run_long(std::move(pull));
             if (!pulled)
-                co_return Failure(errc::not_found, concat("The image ", base,
-                                                          " can't be fetched: ", pulled.error().message()));
+                co_return core::refused(core::Refused::image_not_fetched,
+                                        {{"image", base}, {"words", pulled.error().message()}});
             auto ask_again = core::list_triggers(base);
             triggers = co_await commands_.docker(std::move(ask_again));
         }
         if (!triggers || core::has_triggers(*triggers))
-            co_return Failure(errc::invalid_argument,
-                              concat("The image ", base,
-                                     " can't be used on this server: it adds instructions to builds that "
-                                     "start from it (ONBUILD). Start from another one."));
+            co_return core::refused(core::Refused::image_with_triggers, {{"image", base}});
     }
     co_return result<>();
 }
@@ -188,7 +183,8 @@ asio::awaitable<result<std::string>> DockerProjectFiles::read_template(std::stri
     if (!texts)
         co_return texts.error();
     if (!texts->front())
-        co_return Failure(errc::not_found, concat("Missing ", name, " in ", params_.templates.string()));
+        co_return core::refused(core::Refused::no_docker_template,
+                                {{"file", name}, {"folder", params_.templates.string()}});
     co_return std::move(*texts->front());
 }
 

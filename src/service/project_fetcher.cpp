@@ -4,6 +4,7 @@
 #include <webots_cloud/project_fetcher.hpp>
 
 #include "async/cancellation.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/this_coro.hpp>
@@ -148,7 +149,7 @@ asio::awaitable<result<Project>> ProjectFetcher::fetch(WebsiteProject website,
                                                        std::shared_ptr<FetchProgress> progress)
 {
     if (!impl_->websites)
-        co_return Failure(errc::refused, "This simulation server runs no projects of websites.");
+        co_return core::refused(core::Refused::no_websites);
     auto world = website.world;
     FetchOrder order;
     order.website = std::move(website);

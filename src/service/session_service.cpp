@@ -18,6 +18,7 @@
 #include "core/pages/session_board.hpp"
 #include "core/pages/shared_page.hpp"
 #include "core/pages/viewer_defaults.hpp"
+#include "core/refusals.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/simulation/public_base.hpp"
 #include "core/site_state.hpp"
@@ -77,10 +78,29 @@ constexpr std::string_view html_for_any_origin = "Content-Type: text/html; chars
                                                  "Access-Control-Allow-Origin: *\r\n"
                                                  "Access-Control-Allow-Headers: x-requested-with\r\n"
                                                  "Access-Control-Allow-Methods: POST, GET, OPTIONS\r\n";
-constexpr std::string_view too_many_sessions =
-    "Error: too many sessions are asked for from your network. Please try again in a moment.";
-constexpr std::string_view no_server_error = "Error: no simulation server available at the moment.";
 constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_origin.find("X-"));
+
+/// What `/session` answers instead of an address.
+std::string session_error(core::Refused why)
+{
+    return concat("Error: ", core::row_of(why).sentence);
+}
+
+/// Pages know it by its code (protocol 2.1).
+void give_reason(HttpResponse& response, core::Refused why)
+{
+    response.headers.emplace_back("Webots-Reason", core::row_of(why).code);
+    response.headers.emplace_back("Access-Control-Expose-Headers", "Webots-Reason");
+}
+
+HttpResponse session_answer(std::string address)
+{
+    HttpResponse response(200, {}, std::move(address));
+    response.fixed_headers = html_for_any_origin;
+    if (response.body.starts_with("Error:"))
+        give_reason(response, core::Refused::no_machine);
+    return response;
+}
 
 } // namespace
 
@@ -442,7 +462,7 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
     ++(placement ? placed : refused);
     if (!placement) {
         update_availability(now);
-        return std::string(no_server_error);
+        return session_error(core::Refused::no_machine);
     }
     bool const asks_host = placement->address.starts_with(core::asked_name) ||
                            (!paths.empty() && !paths.path_of(placement->address).empty());
@@ -477,7 +497,7 @@ bool SessionService::Impl::relays(IncomingRequest const&) const
 std::string SessionService::Impl::own_address(std::string_view host) const
 {
     if (!relay.takes_more(clock.now()))
-        return std::string(no_server_error);
+        return session_error(core::Refused::no_machine);
     return own_base(host);
 }
 
@@ -490,8 +510,9 @@ Answer SessionService::Impl::client_without_upgrade(IncomingRequest const&)
 /// later ones only look at the text.
 HttpResponse SessionService::Impl::too_many_asked(Duration wait) const
 {
-    HttpResponse response(200, {}, std::string(too_many_sessions));
+    HttpResponse response(200, {}, session_error(core::Refused::too_many_starts));
     response.fixed_headers = html_for_any_origin;
+    give_reason(response, core::Refused::too_many_starts);
     response.headers.emplace_back("Retry-After", core::seconds_rounded_up(wait));
     return response;
 }
@@ -528,11 +549,8 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
 Answer SessionService::Impl::session(IncomingRequest const& request)
 {
     if (request.method == "GET") {
-        if (relays(request)) {
-            HttpResponse response(200, {}, own_address(request.header("Host")));
-            response.fixed_headers = html_for_any_origin;
-            return response;
-        }
+        if (relays(request))
+            return session_answer(own_address(request.header("Host")));
         auto const now = clock.now();
         auto const token = core::class_token(request.query);
         if (!may_ask(request.quota_key, now))
@@ -541,9 +559,7 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
         if (seat == core::SeatRequest::too_often)
             return too_many_asked(core::class_limits::seat_interval);
         auto const host = [&request] { return request.header("Host"); };
-        HttpResponse response(200, {}, place(now, token, seat, host));
-        response.fixed_headers = html_for_any_origin;
-        return response;
+        return session_answer(place(now, token, seat, host));
     }
     bool const is_head = request.method == "HEAD"; // only asks whether the server is there: takes no place
     HttpResponse response(is_head ? 200 : 204, {}, {});
@@ -922,8 +938,9 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
         auto const host = [&info] { return std::string_view(info.host); };
         auto const seat = impl_->may_ask(info.quota_key, now) ? impl_->classes.ask_for_seat(token, now)
                                                               : core::SeatRequest::too_often;
-        return impl_->say_place(seat == core::SeatRequest::too_often ? std::string(too_many_sessions)
-                                                                     : impl_->place(now, token, seat, host),
+        return impl_->say_place(seat == core::SeatRequest::too_often
+                                    ? session_error(core::Refused::too_many_starts)
+                                    : impl_->place(now, token, seat, host),
                                 channel);
     }
     if (info.path == "/class")

@@ -8,6 +8,7 @@
 #include "core/docker/compose_output.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/docker/line_budget.hpp"
+#include "core/refusals.hpp"
 #include "core/sandbox/limits.hpp"
 #include "core/simulation/last_words.hpp"
 #include "core/simulation/launch_plan.hpp"
@@ -127,7 +128,7 @@ public:
     }
 
     asio::awaitable<result<SimulationEvent>> next_event() override;
-    void terminate() noexcept override { stop({}); }
+    void terminate() noexcept override { stop(Failure(errc::closed)); }
     void terminate_at(Limit limit) noexcept override;
     int process_id() const noexcept override { return process_->id(); }
     TimePoint ends_at() const noexcept override { return state_.ends_at(); }
@@ -146,7 +147,7 @@ private:
     TimePoint next_deadline() const;
     bool on_job_line(std::string_view line);
     void on_job_usage(TimePoint now);
-    std::string overrun_text(Limit limit) const;
+    Failure overrun_failure(Limit limit) const;
     void tell_news();
     void tell_progress(std::string news);
     core::SimulatorState::Due on_deadline();
@@ -163,7 +164,7 @@ private:
     void announce(std::uint16_t port);
     asio::awaitable<void> announce_if_listening();
     asio::awaitable<void> restart_controller();
-    void stop(std::string reason) noexcept;
+    void stop(Failure reason) noexcept;
 
     PortLease lease_;
     std::unique_ptr<Process> process_;
@@ -293,15 +294,14 @@ asio::awaitable<result<>> RunningSimulation::put_back(std::filesystem::path file
         co_return result<>();
     auto const done = co_await run_program(processes_, clock_, std::move(spec), restart_limit);
     if (!done)
-        co_return Failure(errc::unavailable, concat("The file can't be put back on the node of the cluster: ",
-                                                    done.error().message(), "."));
+        co_return core::refused(core::Refused::not_put_back, {{"words", done.error().message()}});
     co_return result<>();
 }
 
-std::string RunningSimulation::overrun_text(Limit limit) const
+Failure RunningSimulation::overrun_failure(Limit limit) const
 {
-    return plan_.job.empty() ? core::overrun_text(limit, limits_)
-                             : core::overrun_text(limit, limits_, "\"memory\" of \"launcher\"");
+    return plan_.job.empty() ? core::overrun_failure(limit, limits_)
+                             : core::overrun_failure(limit, limits_, "\"memory\" of \"launcher\"");
 }
 
 /// A line of a job.   Returns: whether it is the simulator's.
@@ -387,7 +387,7 @@ void RunningSimulation::on_line(std::string_view line)
     note_words_of_compose(line);
     state_.start_goes_on(clock_.now());
     if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
-        stop(core::missing_image_text(plan_.image));
+        stop(core::missing_image(plan_.image));
 }
 
 /// One of its lines may say why nothing starts.
@@ -451,7 +451,7 @@ void RunningSimulation::on_webots_line(std::string_view line)
         break;
     case core::OutputLine::display_ended:
         log_.warning(LogCause("display", label_), concat("[", label_, "] ", core::printable(line, 300)));
-        stop(std::string(core::display_has_ended));
+        stop(core::refused(core::Refused::display_ended));
         break;
     case core::OutputLine::other:
         if (!state_.was_ready())
@@ -505,7 +505,7 @@ asio::awaitable<void> RunningSimulation::announce_if_listening()
     if (!plan_.job.empty() && port != 0) {
         auto host = co_await runtime_.address_of(job_.node());
         if (!host)
-            co_return stop(host.error().message());
+            co_return stop(host.error());
         host_ = std::move(*host);
     }
     state_.looked_for_port(clock_.now());
@@ -519,7 +519,7 @@ asio::awaitable<void> RunningSimulation::announce_if_listening()
 
 void RunningSimulation::terminate_at(Limit limit) noexcept
 {
-    if (!state_.stop(overrun_text(limit)))
+    if (!state_.stop(overrun_failure(limit)))
         return;
     ended_.overrun = limit;
     process_->terminate();
@@ -534,7 +534,7 @@ void RunningSimulation::on_exit(ExitStatus status, ProcessUsage const& usage)
     refused.memory_kills = usage.memory_kills;
     refused.refused_forks = usage.refused_forks;
     refused.too_many_files = core::ended_at_file_size(status.code, status.signalled);
-    if (auto const limit = core::overrun(limits_, refused); limit && state_.stop(overrun_text(*limit)))
+    if (auto const limit = core::overrun(limits_, refused); limit && state_.stop(overrun_failure(*limit)))
         ended_.overrun = limit;
     lines_.finish([this](std::string_view line) { on_line(line); });
     note_lines_left_out();
@@ -544,7 +544,7 @@ void RunningSimulation::on_exit(ExitStatus status, ProcessUsage const& usage)
     state_.exited();
 }
 
-void RunningSimulation::stop(std::string reason) noexcept
+void RunningSimulation::stop(Failure reason) noexcept
 {
     if (state_.stop(std::move(reason)))
         process_->terminate();
@@ -562,9 +562,7 @@ SimulationLauncher::~SimulationLauncher() = default;
 asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(LaunchSpec spec)
 {
     if (!core::is_known_mode(spec.mode))
-        co_return Failure(errc::invalid_argument,
-                          concat("Unsupported client mode: ", core::printable(spec.mode, 40),
-                                 ". Expected w3d, x3d or mjpeg."));
+        co_return core::refused(core::Refused::wrong_mode, {{"mode", core::printable(spec.mode, 40)}});
     std::unique_ptr<PortHold> hold;
     auto const take = [&](std::uint16_t port) {
         auto taken = impl_->processes.hold_port(port);
@@ -594,8 +592,8 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     auto started = co_await impl_->processes.start(std::move(process));
     if (!started) {
         impl_->runtime->forget(*plan);
-        co_return Failure(started.error().code(),
-                          concat("Unable to start Webots: ", started.error().message()));
+        co_return core::refused(started.error().code(), core::Refused::not_started,
+                                {{"why", started.error().message()}});
     }
     impl_->log.info(LogCause("launch"),
                     concat("[", spec.label, "] Webots [", std::to_string((*started)->id()), "] started: \"",

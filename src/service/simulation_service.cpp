@@ -18,6 +18,7 @@
 #include "operator_endpoints.hpp"
 #include "route_table.hpp"
 #include "simulation_session.hpp"
+#include "tell.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -68,7 +69,7 @@ struct SimulationService::Impl
     bool has_ticket(IncomingRequest const& request) const;
     bool admit(std::uint64_t id, ChannelInfo const& info, core::SimulationRequest const& request,
                Channel& channel);
-    std::string refuse_way(ChannelInfo const& info) const;
+    std::optional<Failure> refuse_way(ChannelInfo const& info) const;
     bool leads_to_simulation(IncomingRequest const& request) const;
     Answer forward(IncomingRequest const& request);
     SimulationSession const* simulation_at(core::GatewayPath const& path) const;
@@ -208,9 +209,9 @@ bool SimulationService::Impl::has_ticket(IncomingRequest const& request) const
     return !core::ticket_in(request.path).empty();
 }
 
-/// Why a browser could not be told how it reaches its simulation; empty: it can. Its session server's gateway
-/// is asked for: the log says what is wrong.
-std::string SimulationService::Impl::refuse_way(ChannelInfo const& info) const
+/// Why a browser could not be told how it reaches its simulation; nothing: it can. Its session server's
+/// gateway is asked for: the log says what is wrong.
+std::optional<Failure> SimulationService::Impl::refuse_way(ChannelInfo const& info) const
 {
     std::string_view problem;
     if (!info.is_from_proxy)
@@ -220,12 +221,11 @@ std::string SimulationService::Impl::refuse_way(ChannelInfo const& info) const
     else if (!context.launcher.params().gateway)
         problem = "set \"gateway\" to true";
     if (info.public_address.empty() || problem.empty())
-        return {};
+        return std::nullopt;
     context.log.warning(LogCause("gateway"),
                         concat("A browser that came through the gateway of a session server at ", info.peer,
                                " would not reach its simulation: ", problem));
-    return "This machine is not set up for the gateway of its session server: its operator finds the reason "
-           "in the log.";
+    return core::refused(core::Refused::no_way_through_gateway);
 }
 
 /// Whether the browser may start a simulation; otherwise it is told why not.
@@ -233,14 +233,14 @@ bool SimulationService::Impl::admit(std::uint64_t id, ChannelInfo const& info,
                                     core::SimulationRequest const& request, Channel& channel)
 {
     auto why = refuse_way(info);
-    if (why.empty() && hooks.refuse_ticket)
+    if (!why && hooks.refuse_ticket)
         why = hooks.refuse_ticket(core::ticket_in(info.path));
-    if (why.empty())
+    if (!why)
         return true;
-    context.log.warning(LogCause("ticket"), concat("[", std::to_string(id), "] Refused: ", why));
+    context.log.warning(LogCause("ticket"), concat("[", std::to_string(id), "] Refused: ", why->message()));
     if (core::is_relayed(request))
         (void)channel.send(std::string(core::refusal_message(core::StartRefusal::here)));
-    (void)channel.send(core::error_message(why));
+    tell(channel, *why, core::wants_reasons(request));
     return false;
 }
 
@@ -318,8 +318,7 @@ void SimulationService::Impl::add_silent(std::uint64_t id, std::string const& qu
                                "], is closed"));
     auto* const oldest = silent_channels.at(*evicted);
     silent_channels.erase(*evicted);
-    (void)oldest->send(
-        core::error_message("Too many connections wait here for their start: please start again."));
+    tell(*oldest, core::refused(core::Refused::too_many_silent), false);
     oldest->close();
 }
 
@@ -336,8 +335,7 @@ asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint
     for (;;) {
         auto const text = co_await async::with_deadline(clock, deadline, channel.receive());
         if (!text && text.error() == errc::timed_out)
-            (void)channel.send(
-                core::error_message("No simulation was asked for in time: please start again."));
+            tell(channel, core::refused(core::Refused::nothing_asked), false);
         if (!text)
             co_return FirstRequest();
         auto message = core::parse_client_message(*text);
@@ -346,14 +344,13 @@ asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint
         if (auto* reconnect = std::get_if<core::ReconnectMessage>(&message))
             co_return std::move(*reconnect);
         if (std::holds_alternative<core::ResetControllerMessage>(message))
-            (void)channel.send(
-                core::error_message("No simulation was started: there is no controller to reset."));
+            tell(channel, core::refused(core::Refused::no_start_to_reset), false);
         if (std::holds_alternative<core::ExtendMessage>(message))
-            (void)channel.send(core::error_message("No simulation was started: there is none to extend."));
+            tell(channel, core::refused(core::Refused::no_start_to_extend), false);
         if (auto const* malformed = std::get_if<core::MalformedMessage>(&message)) {
             context.log.warning(LogCause("message"),
                                 concat("[", std::to_string(id), "] Malformed message: ", malformed->reason));
-            (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
+            tell_wrong_message(channel, malformed->reason, false);
             co_return FirstRequest();
         }
     }
@@ -397,7 +394,7 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, Chann
     if (session)
         taken = co_await session->take_over();
     if (!taken) {
-        (void)channel.send(core::error_message("This simulation has ended. Please start it again."));
+        tell(channel, core::refused(core::Refused::has_ended), true); // who has a token knows what we add
         co_return;
     }
     context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",

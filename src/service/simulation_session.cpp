@@ -12,6 +12,7 @@
 #include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
+#include "tell.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -234,9 +235,7 @@ asio::awaitable<bool> SimulationSession::take_over()
 void SimulationSession::on_server_stop()
 {
     if (life_.server_stops() && channel_)
-        refuse(*channel_,
-               Failure(errc::unavailable, "This simulation server is being stopped. Please start again."),
-               core::StartRefusal::here);
+        refuse(*channel_, core::refused(core::Refused::server_stops), core::StartRefusal::here);
     life_changed_.notify();
 }
 
@@ -254,8 +253,7 @@ bool SimulationSession::end_by_operator()
 void SimulationSession::tell_who_ended(Channel& channel)
 {
     if (life_.was_ended_by_operator() && life_.state() != Life::State::handing_over)
-        refuse(channel, Failure(errc::refused, "The operator has ended this simulation."),
-               core::StartRefusal::everywhere);
+        refuse(channel, core::refused(core::Refused::ended_by_operator), core::StartRefusal::everywhere);
 }
 
 /// Ends when another connection takes over, when the operator ends the simulation, or when the server stops
@@ -408,18 +406,16 @@ asio::awaitable<void> SimulationSession::receive(Channel& channel)
         else if (auto const* wish = std::get_if<core::ExtendMessage>(&message))
             extend(wish->by, channel);
         else if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))
-            (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
+            tell_wrong_message(channel, malformed->reason, wants_reasons());
         else if (!std::holds_alternative<core::UnknownMessage>(message))
-            (void)channel.send(
-                core::error_message("This connection has started a simulation already: open another one."));
+            tell(channel, core::refused(core::Refused::second_start), wants_reasons());
     }
 }
 
 asio::awaitable<void> SimulationSession::reset_controller(std::string file, Channel& channel)
 {
     if (!project_) {
-        (void)channel.send(
-            core::error_message("The project is still being fetched: there is no controller to reset."));
+        tell(channel, core::refused(core::Refused::still_fetching), wants_reasons());
         co_return;
     }
     auto const name = concat("controllers/", file);
@@ -431,14 +427,14 @@ asio::awaitable<void> SimulationSession::reset_controller(std::string file, Chan
     if (restored)
         (void)channel.send(core::reset_controller_message(file));
     else
-        send_error(channel, restored.error().message());
+        send_error(channel, restored.error());
 }
 
-void SimulationSession::send_error(Channel& channel, std::string_view error)
+void SimulationSession::send_error(Channel& channel, Failure const& error)
 {
     auto const client = std::to_string(id_);
-    context_.log.error(LogCause("failure", client), concat(log_prefix(), core::printable(error)));
-    (void)channel.send(core::error_message(error));
+    context_.log.error(LogCause("failure", client), concat(log_prefix(), core::printable(error.message())));
+    tell(channel, error, wants_reasons());
 }
 
 void SimulationSession::refuse(Channel& channel, Failure const& failure, core::StartRefusal refusal)
@@ -456,7 +452,7 @@ void SimulationSession::refuse(Channel& channel, Failure const& failure, std::st
         context_.starts.failed(failure);
     if (core::is_relayed(request_) && !announcement.empty())
         (void)channel.send(std::string(announcement));
-    send_error(channel, failure.message());
+    send_error(channel, failure);
 }
 
 /// Fetches, launches and relays. Cancelled when the browser has left; the caller cleans up.
@@ -500,8 +496,8 @@ result<> SimulationSession::check_policy() const
     if (!forge)
         return forge.error();
     core::ForgeOfWorld const place(forge->url, forge->source.get().ref_meaning());
-    if (auto const refused = core::refusal(context_.policy, start->url, place, context_.load))
-        return Failure(errc::refused, *refused);
+    if (auto why = core::refusal(context_.policy, start->url, place, context_.load))
+        return std::move(*why);
     return {};
 }
 
@@ -509,8 +505,7 @@ result<> SimulationSession::check_policy() const
 result<> SimulationSession::admit()
 {
     if (context_.state.is_draining())
-        return Failure(errc::refused,
-                       "This simulation server is about to stop. Please start again on another one.");
+        return core::refused(core::Refused::server_drains);
     if (auto const allowed = check_policy(); !allowed)
         return allowed;
     return take_place();
@@ -523,9 +518,8 @@ result<> SimulationSession::take_place()
     using Verdict = core::Admission::Verdict;
     if (auto const* start = std::get_if<core::StartMessage>(&request_)) {
         if (context_.worlds.admit(start->url, world_place_) != core::ClientLimit::Verdict::admitted)
-            return Failure(errc::unavailable,
-                           concat("This world runs here as often as this server allows (",
-                                  std::to_string(context_.worlds.max()), "). Please try again later."));
+            return core::refused(core::Refused::world_has_enough,
+                                 {{"max", std::to_string(context_.worlds.max())}});
     }
     auto& admission = context_.admission;
     auto const verdict = admission.admit(quota_key_, place_);
@@ -540,10 +534,7 @@ result<> SimulationSession::take_place()
                              concat("More than ", max, " simulations of ", full.key,
                                     " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
                                     "that is a proxy"));
-    return Failure(errc::refused, concat("Your network has ", max,
-                                         " simulations on this server already, and may not have more. "
-                                         "Please end one of them, or try again later. Its operator can "
-                                         "raise \"simulationsPerAddress\"."));
+    return core::refused(core::Refused::client_has_enough, {{"count", max}});
 }
 
 /// Whether this machine has what the project needs; otherwise the browser is told. Programs that run without
@@ -697,7 +688,7 @@ void SimulationSession::extend(Duration by, Channel& channel)
 {
     auto const granted = simulation_ ? simulation_->extend(by) : Duration::zero();
     if (granted <= Duration::zero()) {
-        (void)channel.send(core::error_message("The time of this simulation can't be extended any more."));
+        tell(channel, core::refused(core::Refused::not_extended), wants_reasons());
         return;
     }
     life_.extended(simulation_->ends_at());
@@ -766,9 +757,8 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
 /// The simulator has ended before it was ready. At a limit, the world needs too much.
 void SimulationSession::refuse_start(SimulationEnded const& ended, Channel& channel)
 {
-    Failure const failure(errc::start_failed, ended.reason);
-    refuse(channel, failure,
-           ended.overrun ? core::StartRefusal::everywhere : core::refusal_at(step_, failure));
+    refuse(channel, ended.reason,
+           ended.overrun ? core::StartRefusal::everywhere : core::refusal_at(step_, ended.reason));
 }
 
 void SimulationSession::close_tunnels()

@@ -203,7 +203,8 @@ private:
     void refuse(Channel& channel, Failure const& failure, core::StartRefusal refusal);
     void refuse_start(SimulationEnded const& ended, Channel& channel);
     void refuse(Channel& channel, Failure const& failure, std::string_view announcement);
-    void send_error(Channel& channel, std::string_view error);
+    void send_error(Channel& channel, Failure const& error);
+    bool wants_reasons() const { return core::wants_reasons(request_); }
     std::string log_prefix() const;
 
     SessionContext& context_;

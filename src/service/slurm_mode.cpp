@@ -3,6 +3,7 @@
 // slurm_runtime.cpp starts jobs.
 #include <webots_cloud/slurm_mode.hpp>
 
+#include "core/refusals.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/slurm/cluster_tables.hpp"
 #include "core/slurm/job_command.hpp"
@@ -254,8 +255,7 @@ asio::awaitable<result<std::string>> SlurmMode::address_of(std::string node)
         first = printed ? core::split(*printed, ' ').front() : first;
     }
     if (!is_numeric(first))
-        co_return Failure(errc::not_found, concat("The simulation runs on ", core::printable(node, 60),
-                                                  ", but this server knows no address of it."));
+        co_return core::refused(core::Refused::node_without_address, {{"node", core::printable(node, 60)}});
     co_return std::string(first);
 }
 

@@ -55,7 +55,7 @@ def messages():
         "What browsers say on `/client`": written(client, r'object->if_contains\("([\w ]+)"\)'),
         "Members of `start`": written(client, r'start->if_contains\("(\w+)"\)', r'is_true\(\*start, "(\w+)"\)') |
                               written(relay, r'(?:is_true|text_of)\(members, "(\w+)"\)'),
-        "What browsers are told on `/client`": written(client, r'return concat\("([\w ]+:)') | written(header, r'_(?:message|promise) = "([^" ]+)') |
+        "What browsers are told on `/client`": written(client, r'return concat\("([\w ]+:)') | written(header, r'_(?:message|promise|prefix) = "([^" ]+)') |
                                                written(waiting, r'return concat\("(\w+:)'),
         "What clients say on `/class`": written(classes, r'key == "(\w+)"'),
         "What clients are told on `/class`": written(classes, r'message_with\("(\w+)"', r'object\["(error|do)"\]'),

@@ -12,7 +12,7 @@ MIN_TEXTS = 80  # texts; with fewer, something here can no longer read what peop
 
 # Said by others than our programs, or to a person who reads the page.
 FOREIGN = {'docker system prune --volumes'}
-PREFIXES = re.compile(r'^(?:loading: Error: |loading: Wrong message: |loading: )')
+PREFIXES = re.compile(r'^(?:loading: Error: |Error: |loading: Wrong message: |loading: )')
 VARIABLE = re.compile(r'<[^<>]*>|\.\.\.')
 SENTENCE = re.compile(r"\b[A-Za-z']+ [a-z']+ [a-z']+\b")
 

@@ -409,8 +409,8 @@ class Returns(Relay):
                 thief = await self.visitor(session)
                 await thief.come_back(reconnect=wrong)
                 await thief.hear_end()
-                self.assertEqual(len(thief.told), 1, thief.told)
-                self.assertTrue(thief.told[0].startswith(ENDED), thief.told)
+                self.assertEqual(len(thief.errors()), 1, thief.told)
+                self.assertTrue(thief.errors()[0].startswith(ENDED), thief.told)
         self.assertEqual(stranger.connections, 0)
 
 

@@ -132,7 +132,8 @@ class LostConnections(unittest.IsolatedAsyncioTestCase):
             async with Browser(simulation) as browser:
                 await browser.socket.send(json.dumps({"reconnect": token}))
                 await browser.hear_all()
-                self.assertEqual(browser.told, ["loading: Error: This simulation has ended. Please start it again."])
+                self.assertEqual(browser.told[0], 'reason: {"code":"ended","values":{}}')
+                self.assertEqual(browser.told[1:], ["loading: Error: This simulation has ended. Please start it again."])
 
     async def test_a_server_that_stops_does_not_wait(self):
         with server(reconnectGrace=600) as simulation:

@@ -1,5 +1,6 @@
 #include "copy_tree.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/error.hpp>
@@ -22,15 +23,14 @@ result<> copy_tree(fs::path const& from, fs::path const& to, FetchLimits const& 
         auto const type = entry->symlink_status(failed).type();
         auto const target = to / entry->path().lexically_relative(from);
         if (++files > limits.files)
-            return Failure(errc::too_large,
-                           concat("The project has more than ", std::to_string(limits.files), " files."));
+            return core::refused(core::Refused::too_many_files, {{"max", std::to_string(limits.files)}});
         if (type == fs::file_type::directory) {
             fs::create_directory(target, failed);
         } else if (type == fs::file_type::regular) {
             bytes += entry->file_size(failed);
             if (bytes > limits.bytes)
-                return Failure(errc::too_large, concat("The project is larger than ",
-                                                       std::to_string(limits.bytes >> 20), " MB."));
+                return core::refused(core::Refused::project_too_large,
+                                     {{"max", std::to_string(limits.bytes >> 20)}});
             progress.bytes_received = bytes;
             if (!failed)
                 fs::copy_file(entry->path(), target, failed);
@@ -39,8 +39,7 @@ result<> copy_tree(fs::path const& from, fs::path const& to, FetchLimits const& 
             break;
     }
     if (failed)
-        return Failure(errc::unavailable,
-                       concat("This server can't copy the project: ", failed.message(), "."));
+        return core::refused(core::Refused::not_copied, {{"words", failed.message()}});
     return {};
 }
 

@@ -1,5 +1,6 @@
 #include "project_files.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <fcntl.h>
@@ -23,8 +24,10 @@ Failure disk_failure()
 Failure disk_failure(std::error_code const& why)
 {
     auto const is_full = why.value() == ENOSPC || why.value() == EDQUOT;
-    return {is_full ? make_error_code(system_errc::no_space_on_device) : make_error_code(errc::unavailable),
-            core::concat("This server can't store the project: ", why.message(), ".")};
+    if (is_full)
+        return core::refused(make_error_code(system_errc::no_space_on_device), core::Refused::disk_full,
+                             {{"words", why.message()}});
+    return core::refused(core::Refused::not_stored, {{"words", why.message()}});
 }
 
 bool is_lack_of_room(Failure const& failure)

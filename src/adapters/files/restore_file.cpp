@@ -1,5 +1,6 @@
 #include "restore_file.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 #include "project_files.hpp"
 
@@ -89,7 +90,7 @@ result<> restore_file(std::filesystem::path const& from, std::filesystem::path c
         source ? ::openat(source->get(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC) : -1);
     struct stat status;
     if (!pristine || ::fstat(pristine.get(), &status) != 0 || !S_ISREG(status.st_mode))
-        return Failure(errc::not_found, concat("The project has no file ", core::printable(file, 200), "."));
+        return core::refused(core::Refused::no_file, {{"file", core::printable(file, 200)}});
     auto const target = folder_of(to, parts, true);
     if (!target)
         return target.error();

@@ -3,6 +3,7 @@
 #include "git2_client.hpp"
 
 #include "core/git/git_problem.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <git2.h>
@@ -226,10 +227,7 @@ private:
         return transport_.failure ? *transport_.failure : libgit2_failure();
     }
 
-    static Failure no_room()
-    {
-        return {errc::unavailable, "This server can't store the project: there is no room for a repository."};
-    }
+    static Failure no_room() { return core::refused(core::Refused::no_room_for_repository); }
 
     Git2Transport& transport_;
     PackTarget target_;

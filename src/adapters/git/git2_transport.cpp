@@ -6,6 +6,7 @@
 
 #include "core/git/git_pkt_line.hpp"
 #include "core/git/git_problem.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <git2.h>
@@ -27,7 +28,7 @@ Failure no_frame()
 
 Failure not_carried_out(std::exception const& failed)
 {
-    return {errc::unavailable, concat("This server can't fetch the project: ", failed.what(), ".")};
+    return core::refused(core::Refused::not_fetched, {{"words", failed.what()}});
 }
 
 /// The length of the frame that `bytes` begin with: 0 of a flush, nothing until four digits are there.

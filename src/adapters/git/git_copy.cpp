@@ -4,6 +4,7 @@
 
 #include "adapters/files/folder_walk.hpp"
 #include "adapters/files/project_files.hpp"
+#include "core/refusals.hpp"
 
 #include <boost/asio/error.hpp>
 
@@ -29,7 +30,7 @@ constexpr std::size_t max_helpers = 3;
 
 Failure damaged()
 {
-    return {errc::unavailable, "The copy of the project that this server keeps is damaged. Start it again."};
+    return core::refused(core::Refused::copy_damaged);
 }
 
 /// Copies inside the kernel; between file systems only the older of the two ways works.

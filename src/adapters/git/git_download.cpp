@@ -6,6 +6,7 @@
 
 #include "core/git/git_history.hpp"
 #include "core/git/git_tree.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <fcntl.h>
@@ -316,8 +317,8 @@ result<> GitDownload::pay_for_files()
         if (!is_here || !moved.insert(item.id).second)
             price.disk += bytes_on_disk(size);
         if (bytes > order_.limits.bytes)
-            return Failure(errc::too_large, concat("The project is larger than ",
-                                                   std::to_string(order_.limits.bytes >> 20), " MB."));
+            return core::refused(core::Refused::project_too_large,
+                                 {{"max", std::to_string(order_.limits.bytes >> 20)}});
     }
     return share_.take(price);
 }

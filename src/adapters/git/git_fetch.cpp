@@ -2,6 +2,7 @@
 // requests, files and limits of each step.
 #include "git_fetch.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/error.hpp>
@@ -376,7 +377,7 @@ result<> GitFetch::may_go_on() const
     if (order_.aborted && order_.aborted->load(std::memory_order_relaxed))
         return Failure(boost::asio::error::operation_aborted);
     if (std::chrono::steady_clock::now() > deadline_)
-        return Failure(errc::timed_out, "The project took too long to unpack.");
+        return core::refused(core::Refused::unpacking_too_slow);
     return {};
 }
 

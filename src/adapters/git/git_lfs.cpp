@@ -13,6 +13,7 @@
 #include "core/git/git_lfs_address.hpp"
 #include "core/git/git_lfs_batch.hpp"
 #include "core/git/git_lfs_pointer.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/error.hpp>
@@ -128,8 +129,8 @@ private:
 
 Failure LfsFetch::failed(boost::system::error_code code, std::string_view why, std::string_view advice) const
 {
-    return {code, concat("The large files (Git LFS) of ", order_.repository, " can't be fetched: ", why, ". ",
-                         advice)};
+    return core::refused(code, core::Refused::large_files,
+                         {{"repository", order_.repository}, {"why", why}, {"advice", advice}});
 }
 
 /// What libcurl, a parser or a rule says, as a sentence.
@@ -239,8 +240,8 @@ result<> LfsFetch::note_pointer(std::size_t number, std::string text, core::LfsP
         return taken.error();
     index_.bytes -= entry.size;
     if (pointer.size > order_.max_bytes - std::min(order_.max_bytes, index_.bytes))
-        return Failure(errc::too_large,
-                       concat("The project is larger than ", std::to_string(order_.max_bytes >> 20), " MB."));
+        return core::refused(core::Refused::project_too_large,
+                             {{"max", std::to_string(order_.max_bytes >> 20)}});
     index_.bytes += pointer.size;
     entry.size = pointer.size;
     entry.pointer = std::move(text);

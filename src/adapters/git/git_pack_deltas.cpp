@@ -3,6 +3,7 @@
 #include "git_pack_reader.hpp"
 
 #include "core/git/git_delta.hpp"
+#include "core/refusals.hpp"
 
 #include <algorithm>
 #include <unordered_map>
@@ -79,7 +80,7 @@ struct GitPackReader::Resolver
             }
             auto const size = pack.staging_.blob_size(entry.id);
             if (size > max_delta_result)
-                return Failure(errc::too_large, "The repository has objects that are too large.");
+                return core::refused(core::Refused::repository_objects);
             if (auto const taken = pack.staging_.take_memory(size); !taken)
                 return taken;
             paid = size;
@@ -120,7 +121,7 @@ struct GitPackReader::Resolver
         if (!size)
             return size.error();
         if (*size > max_delta_result)
-            return Failure(errc::too_large, "The repository has objects that are too large.");
+            return core::refused(core::Refused::repository_objects);
         if (auto const spent = pack.spend(*size); !spent)
             return spent;
         if (auto const paid = pack.staging_.pay_for(kind, *size); !paid)

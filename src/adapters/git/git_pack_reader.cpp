@@ -4,6 +4,7 @@
 
 #include "git_pack_entry.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <zlib.h>
@@ -71,8 +72,7 @@ result<> GitPackReader::spend(std::uint64_t bytes)
 {
     unpacked_ += bytes;
     if (bytes > limit_ || unpacked_ > limit_)
-        return Failure(errc::too_large,
-                       core::concat("The project is larger than ", std::to_string(limit_ >> 20), " MB."));
+        return core::refused(core::Refused::project_too_large, {{"max", std::to_string(limit_ >> 20)}});
     return {};
 }
 
@@ -114,7 +114,7 @@ result<bool> GitPackReader::read_pack_header()
         return malformed_pack("no header");
     total_ = big_endian(rest().substr(8));
     if (total_ > max_objects)
-        return Failure(errc::too_large, "The repository has too many files.");
+        return core::refused(core::Refused::repository_files);
     consume(pack_header_size);
     state_ = total_ == 0 ? State::trailer : State::entry_header;
     return true;
@@ -158,7 +158,7 @@ result<> GitPackReader::begin_entry(unsigned type, std::uint64_t size)
         delta_memory_ += size;
     streamed_ = !is_delta_ && entry_.kind == GitObjectKind::blob && size > max_size_in_memory;
     if (delta_memory_ > max_delta_memory || (!streamed_ && size > max_delta_memory))
-        return Failure(errc::too_large, "The repository has objects that are too large.");
+        return core::refused(core::Refused::repository_objects);
     if (auto const paid = is_delta_ ? pay(size + delta_overhead) : staging_.pay_for(entry_.kind, size); !paid)
         return paid.error();
     entry_size_ = size;

@@ -1,6 +1,7 @@
 #include "git_parent_files.hpp"
 
 #include "core/git/git_lfs_pointer.hpp"
+#include "core/refusals.hpp"
 
 #include <optional>
 
@@ -76,7 +77,7 @@ result<> GitParentFiles::arrived(core::GitObjectId const& id, std::uint64_t size
 result<> GitParentFiles::stop()
 {
     stopped_ = true;
-    return Failure(errc::too_large, "The files of the folders above the project are too large.");
+    return core::refused(core::Refused::parent_files);
 }
 
 bool may_keep_parent_files(std::vector<GitLayoutItem> const& layout, GitStaging const& staging,

@@ -14,6 +14,7 @@
 
 #include "async/task_group.hpp"
 #include "core/git/git_refs.hpp"
+#include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 
@@ -71,8 +72,7 @@ public:
     {
         co_await asio::this_coro::throw_if_cancelled(false);
         if (!cache_.usable())
-            co_return Failure(errc::unavailable,
-                              "This server can't store projects; its operator finds the reason in its log.");
+            co_return core::refused(core::Refused::no_cache);
         auto const executor = co_await asio::this_coro::executor;
         HeadStart head_start;
         async::TaskGroup meanwhile(executor);
@@ -112,7 +112,7 @@ public:
     {
         auto const found = in_use_.find(order.directory.string());
         if (found == in_use_.end())
-            co_return Failure(errc::not_found, "The project is not here any more.");
+            co_return core::refused(core::Refused::project_gone);
         auto work = [snapshot = found->second, order = std::move(order)] {
             return adapters::restore_file(snapshot->files / snapshot->target.folder, order.root, order.file);
         };

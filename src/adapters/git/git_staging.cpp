@@ -1,6 +1,7 @@
 #include "git_staging.hpp"
 
 #include "adapters/files/project_files.hpp"
+#include "core/refusals.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -53,7 +54,7 @@ result<> GitStaging::put(GitObjectKind kind, core::GitObjectId const& id, std::s
     if (kind != GitObjectKind::blob) {
         memory_ += bytes.size();
         if (memory_ > max_memory)
-            return Failure(errc::too_large, "The repository has too many folders.");
+            return core::refused(core::Refused::repository_folders);
         objects_.emplace(id, std::move(bytes));
         return {};
     }
@@ -79,7 +80,7 @@ result<std::string> GitStaging::read_blob(core::GitObjectId const& id) const
 {
     auto bytes = read_file(folder_, to_hex(id).c_str(), std::numeric_limits<std::int64_t>::max());
     if (!bytes)
-        return Failure(errc::unavailable, "This server can't read what it has fetched. Start it again.");
+        return core::refused(core::Refused::not_read);
     return bytes;
 }
 

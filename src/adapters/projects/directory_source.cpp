@@ -5,6 +5,7 @@
 #include "adapters/threads/blocking_pool.hpp"
 #include "project_world.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/projects.hpp>
@@ -36,9 +37,9 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
     auto const root = root_of(folder, project);
     std::error_code failed;
     if (!fs::is_directory(root / "worlds", failed))
-        return Failure(errc::not_found,
-                       concat("There is no project ", project.owner, "/", project.repository,
-                              inner_folder(project), " with a folder \"worlds\" on this server."));
+        return core::refused(
+            core::Refused::no_plain_project,
+            {{"name", concat(project.owner, "/", project.repository, inner_folder(project))}});
     fs::create_directory(order.directory, failed);
     if (failed)
         return adapters::disk_failure(failed);

@@ -2,6 +2,7 @@
 // fit waits until another ends, or is refused when no end could help. The header explains who has what.
 #include "fetch_budget.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <cassert>
@@ -103,10 +104,8 @@ Failure FetchShare::too_large(FetchBytes const& more) const
     auto const limits = grant_.budget()->limits();
     auto const is_memory = more.memory > 0 && grant_.held().memory + more.memory > limits.memory;
     auto const max = is_memory ? limits.memory : limits.disk;
-    return {errc::too_large,
-            concat("The project needs more ", is_memory ? "memory" : "room",
-                   " than this server has for all that it fetches (", std::to_string(max >> 20),
-                   " MB). Its operator can raise \"", is_memory ? "fetchMemory" : "fetchDisk", "\".")};
+    return core::refused(is_memory ? core::Refused::needs_more_memory : core::Refused::needs_more_room,
+                         {{"max", std::to_string(max >> 20)}});
 }
 
 result<> FetchShare::wait_for(FetchBytes const& more)
@@ -149,9 +148,7 @@ result<> FetchShare::wait_for(FetchBytes const& more)
         if (holds() && budget.waiting >= budget.holding && !budget.yielding.exchange(true))
             yielding_ = true;
         if (yielding_ || std::chrono::steady_clock::now() > end)
-            return Failure(
-                errc::unavailable,
-                "The project has to wait: this server fetches too many large ones. Try again in a minute.");
+            return core::refused(core::Refused::fetches_wait);
         std::this_thread::sleep_for(pause);
     }
     return {};

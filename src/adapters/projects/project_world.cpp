@@ -1,5 +1,6 @@
 #include "project_world.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <fstream>
@@ -26,7 +27,7 @@ result<std::string> require_world(std::filesystem::path const& root, std::string
     if (std::filesystem::is_regular_file(path, failed)) // a pipe would block us
         file.open(path, std::ios::binary);
     if (!file.is_open())
-        return Failure(errc::not_found, core::concat(core::printable(world, 200), " does not exist."));
+        return core::refused(core::Refused::no_world, {{"file", core::printable(world, 200)}});
     auto const line = beginning_of(file, 256);
     return line.substr(0, line.find_first_of("\r\n"));
 }

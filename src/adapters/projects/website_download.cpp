@@ -2,6 +2,7 @@
 
 #include "adapters/files/project_files.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
 
@@ -51,7 +52,8 @@ Failure explain(Failure const& failure, std::string const& host)
 {
     if (failure.code() == boost::asio::error::operation_aborted)
         return failure;
-    return {failure.code(), concat("Failed to download project from ", host, ": ", failure.message(), ".")};
+    return core::refused(failure.code(), core::Refused::website_unreachable,
+                         {{"host", host}, {"words", failure.message()}});
 }
 
 } // namespace
@@ -80,8 +82,8 @@ result<std::optional<FileDescriptor>> download_archive(CurlHttp& http, WebsitePr
     if (!status)
         return stopped_by_sink ? status.error() : explain(status.error(), project.host());
     if (*status != 200)
-        return Failure(errc::protocol_error, concat("Failed to download project: ", project.host(),
-                                                    " answered with status ", std::to_string(*status), "."));
+        return core::refused(core::Refused::website_status,
+                             {{"host", project.host()}, {"status", std::to_string(*status)}});
     switch (core::classify_download(answer.beginning)) {
     case core::DownloadAnswer::unchanged:
         return std::optional<FileDescriptor>();

@@ -10,6 +10,7 @@
 #include "website_download.hpp"
 #include "zip_unpack.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/projects.hpp>
@@ -45,8 +46,7 @@ result<std::string> read_key(fs::path const& keys, std::string const& host)
     std::ifstream file(path, std::ios::binary);
     std::string text(max_key_length, '\0');
     if (!file.read(text.data(), static_cast<std::streamsize>(text.size())) && !file.eof())
-        return Failure(errc::refused, concat("Unknown host: ", host,
-                                             ". This server can't read the key that it has for it."));
+        return core::refused(core::Refused::unreadable_website_key, {{"host", host}});
     text.resize(static_cast<std::size_t>(file.gcount()));
     return core::website_key(text);
 }
@@ -101,7 +101,7 @@ private:
             if (aborted_.load(std::memory_order_relaxed))
                 return Failure(asio::error::operation_aborted);
             if (std::chrono::steady_clock::now() > deadline_)
-                return Failure(errc::timed_out, "The project took too long to unpack.");
+                return core::refused(core::Refused::unpacking_too_slow);
             return {};
         };
         waiting.tell = [progress = order_.progress.get()](bool waits) { progress->waiting = waits; };
@@ -113,9 +113,8 @@ private:
         auto const from = params_.projects / plan_.project;
         std::error_code failed;
         if (params_.projects.empty() || !fs::is_directory(from, failed))
-            return Failure(errc::not_found,
-                           concat("There is no project \"", core::printable(project_.project, 100),
-                                  "\" on this server."));
+            return core::refused(core::Refused::no_template,
+                                 {{"name", core::printable(project_.project, 100)}});
         fs::create_directory(order_.directory, failed);
         if (failed)
             return adapters::disk_failure(failed);

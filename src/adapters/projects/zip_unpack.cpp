@@ -7,6 +7,7 @@
 
 #include "core/projects/archive_path.hpp"
 #include "core/projects/zip_directory.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/error.hpp>
@@ -62,14 +63,14 @@ struct FreeArchive
 Failure bad_zip(archive* reader)
 {
     auto const* const words = archive_error_string(reader);
-    return {errc::protocol_error,
-            concat("Bad ZIP file: ", core::printable(words ? words : "it can't be read", 200), ".")};
+    return core::refused(core::Refused::bad_zip,
+                         {{"words", core::printable(words ? words : "it can't be read", 200)}});
 }
 
 Failure refuse(std::string_view what, std::string_view path)
 {
-    return {errc::protocol_error, concat("The project has ", what, ", which is not allowed: \"",
-                                         core::printable(path, 100), "\".")};
+    return core::refused(core::Refused::forbidden_entry,
+                         {{"what", what}, {"path", core::printable(path, 100)}});
 }
 
 result<std::string> read_tail(int file, std::uint64_t size)
@@ -156,8 +157,7 @@ private:
     {
         constexpr std::uint64_t remembered = 128;
         if (++entries_ > limits_.entries)
-            return Failure(errc::too_large,
-                           concat("The project has more than ", std::to_string(limits_.entries), " files."));
+            return core::refused(core::Refused::too_many_files, {{"max", std::to_string(limits_.entries)}});
         FetchBytes price;
         price.memory = remembered + path.size();
         price.disk = bytes_on_disk(0);
@@ -167,10 +167,9 @@ private:
     Failure too_large() const
     {
         if (max_bytes_ < limits_.bytes)
-            return {errc::too_large, concat("The project's archive grows to more than ",
-                                            std::to_string(max_bytes_ >> 20), " MB, which is suspicious.")};
-        return {errc::too_large,
-                concat("The project is larger than ", std::to_string(limits_.bytes >> 20), " MB.")};
+            return core::refused(core::Refused::archive_bomb, {{"max", std::to_string(max_bytes_ >> 20)}});
+        return core::refused(core::Refused::project_too_large,
+                             {{"max", std::to_string(limits_.bytes >> 20)}});
     }
 
     /// Archives need not name the folders of their files.

@@ -1,6 +1,7 @@
 #include "tickets.hpp"
 
 #include "core/base64.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
@@ -55,26 +56,23 @@ std::string_view ticket_in(std::string_view path) noexcept
     return ticket.find('/') == std::string_view::npos ? ticket : std::string_view();
 }
 
-std::string_view refusal(TicketVerdict verdict) noexcept
+std::optional<Failure> refusal(TicketVerdict verdict)
 {
     switch (verdict) {
     case TicketVerdict::missing:
-        return "Simulations of this site start through its session server: please start again from the "
-               "site's own page.";
+        return refused(Refused::no_ticket);
     case TicketVerdict::unknown:
-        return "This machine does not know the ticket of its session server: its operator finds the reason "
-               "in the log.";
+        return refused(Refused::unknown_ticket);
     case TicketVerdict::expired:
-        return "The ticket for this simulation has expired: please start again. "
-               "If that happens every time, the clocks of this site's machines differ.";
+        return refused(Refused::expired_ticket);
     case TicketVerdict::used:
-        return "The ticket for this simulation has been used: please start again.";
+        return refused(Refused::used_ticket);
     case TicketVerdict::too_many:
-        return "Too many simulations were started in the last minute: please try again in a minute.";
+        return refused(Refused::too_many_tickets);
     case TicketVerdict::accepted:
         break;
     }
-    return {};
+    return std::nullopt;
 }
 
 TicketBook::TicketBook(Mac mac, std::vector<std::string> names, std::size_t max_used)

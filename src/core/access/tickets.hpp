@@ -1,10 +1,12 @@
 // Tickets: what a session server gives to browsers so that a simulation server takes them in, once and soon.
 #pragma once
 
+#include <webots_cloud/error.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -39,8 +41,8 @@ enum class TicketVerdict
     too_many ///< More were used in their lifetime than are remembered.
 };
 
-/// What the browser is told; empty: accepted.
-std::string_view refusal(TicketVerdict verdict) noexcept;
+/// What the browser is told; nothing: accepted.
+std::optional<Failure> refusal(TicketVerdict verdict);
 
 /// Accepts each ticket once.
 class TicketBook

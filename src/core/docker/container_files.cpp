@@ -1,5 +1,6 @@
 #include "container_files.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 namespace webots_cloud::core {
@@ -18,9 +19,7 @@ result<CompetitionFiles> competition_files(CompetitionTexts const& texts, std::s
                                            DockerfileTerms const& terms)
 {
     if (!texts.world || !texts.controller_dockerfile)
-        return Failure(
-            errc::not_found,
-            "A competition needs a Dockerfile in its folder controllers, and the project has none.");
+        return refused(Refused::no_competition_dockerfile);
     auto dockerfile = project_dockerfile(*texts.controller_dockerfile, controller_dockerfile, terms);
     if (!dockerfile)
         return dockerfile.error();

@@ -4,6 +4,7 @@
 
 #include "characters.hpp"
 #include "container_walls.hpp"
+#include "core/refusals.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
@@ -67,10 +68,8 @@ result<> read_docker_compose(std::string_view line, WebotsYml& yml)
         return {};
     auto const folder = fields.size() < 3 ? std::string_view() : trim(fields[2]);
     if (!is_harmless_folder(folder))
-        return Failure(errc::invalid_argument,
-                       concat("Wrong line in webots.yml: \"", printable(trim(line), 100),
-                              "\". Expected dockerCompose:", kind == "competition" ? "competition" : "theia",
-                              ":<folder>, for instance webots-project/controllers/"));
+        return refused(Refused::wrong_compose_line, {{"line", printable(trim(line), 100)},
+                                                     {"kind", kind == "competition" ? kind : "theia"}});
     yml.volume = folder;
     yml.messages.emplace_back(editor_message);
     return {};
@@ -106,19 +105,15 @@ result<std::string> default_docker_image(std::string_view repository, std::strin
     auto const words = split(world_header, ' ');
     auto const version = words.size() < 2 ? std::string_view() : trim(words[1]);
     if (words[0] != "#VRML_SIM" || version.empty() || version.size() > 100 || !consists_of(version, "_.-"))
-        return Failure(errc::invalid_argument,
-                       "The first line of the world names no version of Webots. Expected, for instance: "
-                       "#VRML_SIM R2025a utf8");
+        return refused(Refused::no_version);
     bool const old = version.starts_with('R') && (version.substr(1, 4) < "2023" || version == "R2023a");
     return concat(repository, ":", version, old ? "-ubuntu20.04" : "-ubuntu22.04");
 }
 
-std::string missing_image_text(std::string_view image)
+Failure missing_image(std::string_view image)
 {
     auto const tag = image.substr(image.rfind(':') + 1);
-    return concat(
-        "Image version ", tag.substr(0, tag.rfind('-')),
-        " not available on Cyberbotics' dockerHub. Please, add the appropriate Dockerfile to your project.");
+    return refused(Refused::no_such_image, {{"version", tag.substr(0, tag.rfind('-'))}});
 }
 
 std::string compose_template_file(ComposeTemplate kind)
@@ -168,15 +163,11 @@ std::string compose_project(std::string_view identity, std::string_view label, s
 result<std::string> env_file(DockerEnvironment const& environment)
 {
     if (!is_harmless_file_name(environment.world))
-        return Failure(errc::invalid_argument,
-                       concat("The name of the world file has characters that containers can't be told: ",
-                              printable(environment.world, 100), ". Use letters, digits, - _ . and spaces."));
+        return refused(Refused::bad_world_name, {{"file", printable(environment.world, 100)}});
     for (auto const& value : {environment.image, environment.project, environment.server, environment.display,
                               environment.runtime, environment.graphics_device, environment.port_prefix})
         if (!is_harmless_name(value))
-            return Failure(
-                errc::invalid_argument,
-                concat("This server's docker settings have an unusable value: ", printable(value, 100)));
+            return refused(Refused::bad_docker_setting, {{"value", printable(value, 100)}});
     auto text = concat("IMAGE=", environment.image, "\nPROJECT_PATH=", project_in_container,
                        "\nMAKE=", environment.make ? "1" : "0", "\nPORT=", std::to_string(environment.port),
                        "\nCOMPOSE_PROJECT_NAME=", environment.project, "\nWEBOTS=\"",

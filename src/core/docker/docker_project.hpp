@@ -23,7 +23,7 @@ inline constexpr std::string_view project_in_container = "/usr/local/webots-proj
 result<std::string> default_docker_image(std::string_view repository, std::string_view world_header);
 
 /// Why a simulation whose default image does not exist did not start.
-std::string missing_image_text(std::string_view image);
+Failure missing_image(std::string_view image);
 
 /// Which of the operator's compose files a project wants.
 enum class ComposeTemplate

@@ -3,6 +3,7 @@
 #include "project_dockerfile.hpp"
 
 #include "characters.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 #include "labels.hpp"
 
@@ -107,8 +108,8 @@ private:
 
 Failure Reader::failure(std::size_t line, std::string_view reason) const
 {
-    return Failure(errc::invalid_argument, concat("Line ", std::to_string(line), " of ", file_,
-                                                  " can't be used on this server: ", reason));
+    return refused(Refused::dockerfile_line,
+                   {{"line", std::to_string(line)}, {"file", file_}, {"words", reason}});
 }
 
 Failure Reader::image_failure(std::size_t line, std::string_view image) const

@@ -2,6 +2,7 @@
 // inside, files of the folders above within a limit. Nothing is written before all of it is known.
 #include "git_layout.hpp"
 
+#include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 #include "git_problem.hpp"
@@ -61,7 +62,7 @@ public:
     result<> add_folder(GitObjectId const& tree, std::string const& path, std::size_t depth)
     {
         if (depth > limits_.depth)
-            return Failure(errc::too_large, "The project has folders that are nested too deeply.");
+            return refused(Refused::folders_too_deep);
         auto const entries = read_tree(lookup_(tree));
         if (!entries)
             return entries.error();
@@ -69,14 +70,11 @@ public:
         // before their own folders are read: what was read of those above is still in memory.
         entries_ += entries->size();
         if (entries_ > limits_.items)
-            return Failure(errc::too_large,
-                           concat("The project has more than ", std::to_string(limits_.items), " files."));
+            return refused(Refused::too_many_files, {{"max", std::to_string(limits_.items)}});
         std::unordered_set<std::string_view> names;
         for (auto const& entry : *entries) {
             if (!is_safe_file_name(entry.name) || !names.insert(entry.name).second)
-                return Failure(errc::protocol_error,
-                               concat("The project has a file with a forbidden name: \"",
-                                      printable(entry.name, 100), "\"."));
+                return refused(Refused::forbidden_name, {{"name", printable(entry.name, 100)}});
             if (entry.kind == Kind::submodule)
                 continue;
             if (auto const added = add(entry, path, depth); !added)
@@ -98,10 +96,10 @@ private:
         item.path = inside(path, entry.name);
         item.id = entry.id;
         if (item.path.size() > limits_.path_length)
-            return Failure(errc::too_large, "The project has a file whose path is too long.");
+            return refused(Refused::path_too_long);
         path_bytes_ += item.path.size();
         if (path_bytes_ > limits_.path_bytes)
-            return Failure(errc::too_large, "The project has too many files with long paths.");
+            return refused(Refused::too_many_long_paths);
         items.push_back(item);
         return entry.kind == Kind::folder ? add_folder(entry.id, item.path, depth + 1) : result<>();
     }
@@ -144,8 +142,7 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
             return Failure(GitProblem::no_such_folder,
                            concat("has no folder \"", printable(path, 200), "\""));
         if (!is_safe_file_name(part))
-            return Failure(errc::invalid_url,
-                           concat("The folder \"", printable(part, 60), "\" has a forbidden name."));
+            return refused(Refused::forbidden_folder, {{"name", printable(part, 60)}});
         if (object->size() <= limits.parent_bytes) {
             auto beside = files_beside(part, *entries, way.path, limits);
             files += beside.size();

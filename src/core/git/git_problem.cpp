@@ -1,5 +1,6 @@
 #include "git_problem.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 #include "git_pkt_line.hpp"
 
@@ -33,11 +34,6 @@ GitProblem classify(std::string_view words) noexcept
 std::string_view without_full_stop(std::string_view words) noexcept
 {
     return words.substr(0, words.find_last_not_of('.') + 1);
-}
-
-std::string not_reached(Failure const& failure, ProjectRef const& project)
-{
-    return concat(project.forge, " can't be reached: ", without_full_stop(failure.message()), ".");
 }
 
 } // namespace
@@ -106,33 +102,35 @@ Failure explain(Failure const& failure, ProjectRef const& project)
     auto const problem = git_problem(failure);
     if (!problem)
         return failure;
-    auto const code = public_code(*problem);
-    auto const repository = concat("Repository ", project.owner, "/", project.repository, " ");
+    auto const code = make_error_code(public_code(*problem));
+    auto const repository = concat(project.owner, "/", project.repository);
     auto const message = failure.message();
     auto const words = without_full_stop(message);
     switch (*problem) {
-    case GitProblem::object_not_advertised:
-        return {errc::not_found, concat(repository, "has no such commit.")};
     case GitProblem::no_such_repository:
-    case GitProblem::no_such_ref:
+        return refused(Refused::no_repository, {{"name", repository}});
+    case GitProblem::object_not_advertised:
     case GitProblem::no_such_commit:
+        return refused(Refused::no_commit, {{"name", repository}});
+    case GitProblem::no_such_ref:
     case GitProblem::no_such_folder:
     case GitProblem::not_a_commit:
+        return refused(Refused::not_in_repository, {{"name", repository}, {"what", words}});
     case GitProblem::too_many_refs:
     case GitProblem::unknown_format:
-        return {code, concat(repository, words, ".")};
+        return refused(code, Refused::unusable_repository, {{"name", repository}, {"what", words}});
     case GitProblem::unreachable:
     case GitProblem::timed_out:
-        return {code, concat(not_reached(failure, project), " Try again later.")};
+        return refused(code, Refused::site_unreachable, {{"site", project.forge}, {"why", words}});
     default:
-        return {code, concat(project.forge, ": ", words, ".")};
+        return refused(code, Refused::site_fault, {{"site", project.forge}, {"why", words}});
     }
 }
 
 std::string explain_use_of_cache(Failure const& failure, ProjectRef const& project)
 {
-    return concat(not_reached(failure, project), " Starting ", project.owner, "/", project.repository,
-                  " from the cache.");
+    return concat(project.forge, " can't be reached: ", without_full_stop(failure.message()), ". Starting ",
+                  project.owner, "/", project.repository, " from the cache.");
 }
 
 } // namespace webots_cloud::core

@@ -1,5 +1,6 @@
 #include "git_tree.hpp"
 
+#include "core/refusals.hpp"
 #include "git_problem.hpp"
 
 #include <algorithm>
@@ -55,7 +56,7 @@ result<std::vector<GitTreeEntry>> parse_git_tree(std::string_view object)
             object.size() - zero - 1 < id_size || zero - space > max_name_length)
             return malformed("folder");
         if (entries.size() == max_entries)
-            return Failure(errc::too_large, "The repository has a folder with too many files.");
+            return refused(Refused::repository_folder_files);
         auto const kind = kind_of_mode(object.substr(0, space));
         if (!kind)
             return malformed("file mode");

@@ -4,6 +4,7 @@
 #include <webots_cloud/scheduler.hpp>
 
 #include "core/machine_labels.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 #include "placement_log.hpp"
 #include "placement_ranking.hpp"
@@ -25,14 +26,21 @@ Failure unusable(std::string detail)
     return Failure(errc::invalid_argument, std::move(detail));
 }
 
+/// Made for each placement that fails, and seldom told to anybody as it is.
+Failure without_info(core::Refused why)
+{
+    auto const& row = core::row_of(why);
+    return Failure(row.kind, std::string(row.sentence));
+}
+
 Failure none_available()
 {
-    return Failure(errc::unavailable, "no simulation server available at the moment.");
+    return without_info(core::Refused::no_machine);
 }
 
 Failure no_room()
 {
-    return Failure(errc::too_large, "no simulation server has room for this world at the moment.");
+    return without_info(core::Refused::no_room_for_world);
 }
 
 /// Two may turn out to be worse than the third; more would be asked in vain.
@@ -48,10 +56,10 @@ Failure nobody_has(std::vector<std::string> const& labels)
 {
     std::string wanted;
     for (std::string const& label : labels)
-        wanted += core::concat(wanted.empty() ? "\"" : "\", \"", label);
-    return Failure(errc::refused,
-                   core::concat("no simulation server of this site can run this: none has ",
-                                labels.size() == 1 ? "the label " : "all of the labels ", wanted, "\"."));
+        wanted += core::concat(wanted.empty() ? "\"" : ", \"", label, "\"");
+    return core::refused(labels.size() == 1 ? core::Refused::nobody_has_label
+                                            : core::Refused::nobody_has_labels,
+                         {{"labels", wanted}});
 }
 
 bool positive(double number)

@@ -1,5 +1,6 @@
 #include "archive_path.hpp"
 
+#include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 
@@ -15,13 +16,12 @@ result<std::string> archive_path(std::string_view name)
     if (path.ends_with('/'))
         path.remove_suffix(1);
     if (path.size() > longest)
-        return Failure(errc::too_large, "The project has a file whose path is too long.");
+        return refused(Refused::path_too_long);
     auto const parts = split(path, '/');
     if (parts.size() > deepest)
-        return Failure(errc::too_large, "The project has folders that are nested too deeply.");
+        return refused(Refused::folders_too_deep);
     if (!std::all_of(parts.begin(), parts.end(), is_safe_file_name))
-        return Failure(errc::protocol_error, concat("The project has a file with a forbidden name: \"",
-                                                    printable(name, 100), "\"."));
+        return refused(Refused::forbidden_name, {{"name", printable(name, 100)}});
     return std::string(path);
 }
 

@@ -1,6 +1,7 @@
 #include "project_needs.hpp"
 
 #include "core/machine_labels.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
@@ -17,10 +18,8 @@ bool has(std::vector<std::string> const& labels, std::string_view label)
 
 Failure wrong_line(std::string_view line)
 {
-    return Failure(errc::invalid_argument,
-                   concat("Wrong line in webots.yml: \"", printable(trim(line), 100),
-                          "\". Expected labels: and at most ", std::to_string(max_needed_labels),
-                          " words of letters, digits, \".\", \"_\", \"-\" and \"+\", separated by blanks."));
+    return refused(Refused::wrong_labels_line,
+                   {{"line", printable(trim(line), 100)}, {"max", std::to_string(max_needed_labels)}});
 }
 
 } // namespace
@@ -64,9 +63,7 @@ std::vector<std::string> lacking(std::vector<std::string> const& needed,
 
 Failure lacks_labels(std::vector<std::string> const& missing)
 {
-    return Failure(errc::refused,
-                   concat("This simulation server can't run the project: it lacks what webots.yml asks for: ",
-                          join({missing.begin(), missing.end()}, ", "), ". Please start it on another one."));
+    return refused(Refused::lacks_labels, {{"labels", join({missing.begin(), missing.end()}, ", ")}});
 }
 
 } // namespace webots_cloud::core

@@ -1,5 +1,6 @@
 #include <webots_cloud/project_ref.hpp>
 
+#include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 #include "repository_policy.hpp"
@@ -10,6 +11,8 @@ namespace webots_cloud {
 namespace {
 
 using core::concat;
+using core::Refused;
+using core::refused;
 
 bool is_alphanumeric(char c) noexcept
 {
@@ -26,8 +29,7 @@ bool is_forge_name(std::string_view name)
 
 Failure bad_part(std::string_view what, std::string_view part)
 {
-    return {errc::invalid_url,
-            concat("Wrong Webots simulation URL: \"", core::printable(part, 60), "\" is no ", what)};
+    return refused(Refused::address_part, {{"part", core::printable(part, 60)}, {"what", what}});
 }
 
 } // namespace
@@ -42,7 +44,7 @@ result<std::string> forge_of(std::string_view url, std::vector<std::string> cons
     constexpr std::size_t max_url_bytes = 2048; // the text says characters: in an address that is encoded as
                                                 // it should be, that is the same
     if (url.size() > max_url_bytes)
-        return Failure(errc::invalid_url, "Wrong Webots simulation URL: longer than 2048 characters");
+        return refused(Refused::address_too_long);
     auto const forge = std::find_if(forges.begin(), forges.end(), [&](std::string const& base) {
         return url.size() > base.size() && url.starts_with(base) && url[base.size()] == '/';
     });
@@ -50,10 +52,9 @@ result<std::string> forge_of(std::string_view url, std::vector<std::string> cons
         std::string expected;
         for (auto const& base : forges)
             expected += concat(expected.empty() ? "" : " or ", base, "/");
-        return Failure(errc::invalid_url,
-                       concat("Unsupported URL protocol: ", core::printable(url, 200),
-                              ". The URL must start with ",
-                              forges.empty() ? "the address of a forge, and none is configured" : expected));
+        if (forges.empty())
+            expected = "the address of a forge, and none is configured";
+        return refused(Refused::foreign_site, {{"url", core::printable(url, 200)}, {"sites", expected}});
     }
     return *forge;
 }
@@ -66,17 +67,16 @@ result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string
     auto const location = core::without_query(url);
     std::string path;
     if (!core::percent_decode(location.substr(std::min(location.size(), forge->size() + 1)), path))
-        return Failure(errc::invalid_url, "Wrong Webots simulation URL: malformed percent-encoding");
+        return refused(Refused::address_malformed);
     auto const parts = core::split(path, '/');
     if (parts.size() < 6)
-        return Failure(errc::invalid_url, "Wrong Webots simulation URL");
+        return refused(Refused::address_too_short);
     if (parts[2] != "blob" && parts[2] != "tree")
-        return Failure(errc::invalid_url, concat("Missing blob in Webots simulation URL, founds ",
-                                                 core::printable(parts[2], 60)));
+        return refused(Refused::address_without_blob, {{"found", core::printable(parts[2], 60)}});
     if (parts[parts.size() - 2] != "worlds")
-        return Failure(errc::invalid_url, "Missing worlds folder in Webots simulation URL");
+        return refused(Refused::address_without_worlds);
     if (!parts.back().ends_with(".wbt") || parts.back().size() == 4)
-        return Failure(errc::invalid_url, "Missing world file in Webots simulation URL");
+        return refused(Refused::address_without_world);
 
     ProjectRef project;
     project.forge = std::move(*forge);

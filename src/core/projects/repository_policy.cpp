@@ -4,6 +4,7 @@
 #include "repository_policy.hpp"
 
 #include "core/git/git_object_id.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/project_ref.hpp>
@@ -297,8 +298,8 @@ bool is_on_forge(std::string_view rule, std::string_view forge)
                                            segments_on_forge(*named, place, same_without_case));
 }
 
-std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url,
-                                   ForgeOfWorld const& forge, double load)
+std::optional<Failure> refusal(RepositoryPolicy const& policy, std::string_view url,
+                               ForgeOfWorld const& forge, double load)
 {
     World const world(url, forge);
     auto const& allowed = policy.rules.allowed;
@@ -306,18 +307,16 @@ std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_v
                     [&](auto const& rule) { return rule_allows(rule, world); }))
         return std::nullopt;
     if (!policy.outside.accepted)
-        return concat("Docker not enabled: cannot host simulations from repositories outside of "
-                      "\"allowedRepositories\".",
-                      policy.outside.hint.empty() ? "" : " ", policy.outside.hint);
+        return refused(Refused::outside_allowed,
+                       {{"hint", concat(policy.outside.hint.empty() ? "" : " ", policy.outside.hint)}});
     if (policy.rules.share_idle_time == 0)
-        return "This simulation server is not configured to share idle time.";
+        return refused(Refused::not_shared);
     if (load > policy.rules.share_idle_time)
-        return concat("Cannot share idle time when current load is above threshold: ", python_float(load),
-                      ".");
+        return refused(Refused::too_busy, {{"load", python_float(load)}});
     auto const& blocked = policy.rules.blocked;
     if (std::any_of(blocked.begin(), blocked.end(),
                     [&](auto const& rule) { return rule_blocks(rule, world); }))
-        return concat("Cannot run simulation from blocked repository: ", url);
+        return refused(Refused::blocked, {{"url", url}});
     return std::nullopt;
 }
 

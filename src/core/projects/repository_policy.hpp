@@ -61,9 +61,9 @@ bool is_on_forge(std::string_view rule, std::string_view forge);
 /// A repository's name without `.git`, in whatever case, at its end.
 std::string_view without_dot_git(std::string_view name) noexcept;
 
-/// Why a world of this forge must not run at this load, as a message that browsers know, or nothing when it
-/// may. `SimulationSession::check_policy` asks before anything is fetched.
-std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url,
-                                   ForgeOfWorld const& forge, double load);
+/// Why a world of this forge must not run at this load, or nothing when it may.
+/// `SimulationSession::check_policy` asks before anything is fetched.
+std::optional<Failure> refusal(RepositoryPolicy const& policy, std::string_view url,
+                               ForgeOfWorld const& forge, double load);
 
 } // namespace webots_cloud::core

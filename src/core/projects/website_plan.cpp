@@ -1,5 +1,6 @@
 #include "website_plan.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
 
@@ -40,10 +41,7 @@ result<WebsitePlan> plan_website_project(WebsiteProject const& project, std::str
     if (project.user1_id.empty())
         return plan;
     if (key.empty())
-        return Failure(
-            errc::refused,
-            concat("This simulation server has no key for ", project.host(),
-                   ": its operator must file one before users of that website can start simulations."));
+        return refused(Refused::no_website_key, {{"host", project.host()}});
     plan.download = download_request(project, key);
     return plan;
 }
@@ -60,8 +58,9 @@ Failure download_refusal(std::string_view words)
     if (words.starts_with(error_prefix))
         words.remove_prefix(error_prefix.size());
     words = trim(words);
-    return {errc::refused, concat("Failed to download project: ",
-                                  words.empty() ? "the website gives no reason." : printable(words, 200))};
+    if (words.empty())
+        return refused(Refused::website_without_reason);
+    return refused(Refused::website_refuses, {{"words", printable(words, 200)}});
 }
 
 bool is_runnable_name(std::string_view name) noexcept

@@ -1,5 +1,6 @@
 #include "zip_directory.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
@@ -26,7 +27,7 @@ std::uint64_t little_endian(std::string_view bytes, std::size_t count)
 
 Failure no_zip(std::string_view why)
 {
-    return {errc::protocol_error, concat("Bad ZIP file: ", why, ".")};
+    return refused(Refused::bad_zip, {{"words", why}});
 }
 
 /// The list of entries, as the end of the file describes it.
@@ -116,8 +117,7 @@ result<> check_zip_directory(std::string_view tail, std::uint64_t size, std::uin
     if (directory.length > before + end->at || directory.offset != before + end->at - directory.length)
         return no_zip("its list of files is not where it should be");
     if (directory.entries > max_entries || directory.length > max_entry_size * max_entries)
-        return Failure(errc::too_large,
-                       concat("The project has more than ", std::to_string(max_entries), " files."));
+        return refused(Refused::too_many_files, {{"max", std::to_string(max_entries)}});
     return {};
 }
 

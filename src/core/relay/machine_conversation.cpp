@@ -1,10 +1,8 @@
 #include "machine_conversation.hpp"
 
+#include "core/refusals.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
-
-#include <algorithm>
-#include <array>
 
 namespace webots_cloud::core {
 namespace {
@@ -22,18 +20,6 @@ constexpr Duration patience_with_ours = std::chrono::seconds(10);
 /// A Python server says nothing while it clones.
 constexpr Duration patience_with_others = std::chrono::minutes(5);
 
-/// How the sentences of Python servers begin that concern the machine, not the project (protocol section
-/// 4.1.2).
-constexpr std::array<std::string_view, 5> about_the_machine{
-    "Docker not enabled", "This simulation server is not configured to share idle time",
-    "Cannot share idle time", "Cannot run simulation from blocked repository", "Unable to start Webots"};
-
-bool concerns_machine(std::string_view sentence) noexcept
-{
-    return std::any_of(about_the_machine.begin(), about_the_machine.end(),
-                       [sentence](std::string_view start) { return sentence.starts_with(start); });
-}
-
 } // namespace
 
 MachineConversation::MachineConversation(RelayOptions options, std::string entry, bool is_ours)
@@ -46,6 +32,10 @@ MachineConversation::Step MachineConversation::take(std::string message)
         return take_refusal(std::string_view(message).substr(refusal_prefix.size()));
     if (!is_ready_ && message.starts_with(error_prefix))
         return take_error(message);
+    if (announced_ != MachineRefusal::none && !is_ready_ && message.starts_with(reason_prefix)) {
+        last_reason_ = std::move(message); // for later: another machine may take it
+        return {};
+    }
     promises_heartbeat_ |= message.starts_with(heartbeat_prefix);
     is_ready_ |= message.starts_with(ready_prefix);
     Step step;
@@ -68,6 +58,8 @@ bool MachineConversation::is_for_browser(std::string_view message) const noexcep
         return options_.wants_heartbeat;
     if (message.starts_with(token_prefix))
         return options_.can_return;
+    if (message.starts_with(reason_prefix))
+        return options_.wants_reasons;
     return message != heartbeat_message || options_.wants_heartbeat || is_ready_;
 }
 
@@ -90,8 +82,11 @@ MachineConversation::Step MachineConversation::take_error(std::string_view messa
 {
     auto refusal = announced_;
     auto const sentence = message.substr(error_prefix.size());
-    if (refusal == MachineRefusal::none && !is_ours_ && concerns_machine(sentence))
+    if (auto const* const row = is_ours_ ? nullptr : pythons_refusal(sentence);
+        row && refusal == MachineRefusal::none && row->where != StartRefusal::everywhere) {
         refusal = MachineRefusal::machine;
+        last_reason_ = reason_message(row->code);
+    }
     Step step;
     step.refusal = refusal;
     has_said_error_ = true;

@@ -54,6 +54,9 @@ public:
     /// The machine's sentence, once it has refused; empty: it said none.
     std::string const& last_word() const noexcept { return last_word_; }
 
+    /// The message for browsers that goes before that sentence; empty: none.
+    std::string const& last_reason() const noexcept { return last_reason_; }
+
 private:
     Step take_refusal(std::string_view why);
     Step take_error(std::string_view message);
@@ -69,6 +72,7 @@ private:
     MachineRefusal announced_ = MachineRefusal::none;
     std::vector<std::string> needs_;
     std::string last_word_;
+    std::string last_reason_;
 };
 
 } // namespace webots_cloud::core

@@ -51,6 +51,7 @@ RelayOptions relay_options(std::string_view request)
     options.student = text_of(members, "class");
     options.wants_heartbeat = is_true(members, "heartbeat");
     options.can_return = is_true(members, "reconnect");
+    options.wants_reasons = is_true(members, "reasons");
     return options;
 }
 

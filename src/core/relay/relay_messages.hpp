@@ -18,6 +18,7 @@ struct RelayOptions
     std::string student;        ///< The token of a student's, whose class may hold a seat; empty: of none.
     bool wants_heartbeat = false;
     bool can_return = false;
+    bool wants_reasons = false;
 };
 
 /// Of a message that `parse_client_message` takes for a request for a simulation.

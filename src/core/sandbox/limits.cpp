@@ -1,5 +1,6 @@
 #include "limits.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
@@ -55,22 +56,18 @@ bool ended_at_file_size(int code, bool signalled) noexcept
     return code == (signalled ? SIGXFSZ : by_signal + SIGXFSZ);
 }
 
-std::string overrun_text(Limit limit, ProcessLimits const& limits, std::string_view memory_key)
+Failure overrun_failure(Limit limit, ProcessLimits const& limits, std::string_view memory_key)
 {
-    constexpr std::string_view ending = ", which is the limit of a simulation on this server. Its operator "
-                                        "can raise ";
     switch (limit) {
     case Limit::memory:
-        return concat("The simulation used more than ", megabytes(limits.memory), " of memory", ending,
-                      memory_key, ".");
+        return refused(Refused::memory_overrun,
+                       {{"max", std::to_string(limits.memory >> 20)}, {"key", memory_key}});
     case Limit::processes:
-        return concat("The simulation started more than ", std::to_string(limits.processes),
-                      " processes and threads at once", ending, "\"simulationProcesses\".");
+        return refused(Refused::process_overrun, {{"max", std::to_string(limits.processes)}});
     case Limit::disk:
         break;
     }
-    return concat("The simulation filled its folder with more than ", megabytes(limits.disk),
-                  ", or with very many files", ending, "\"simulationDisk\".");
+    return refused(Refused::disk_overrun, {{"max", std::to_string(limits.disk >> 20)}});
 }
 
 std::string_view label_of(Limit limit) noexcept

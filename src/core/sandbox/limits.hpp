@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/config.hpp>
+#include <webots_cloud/error.hpp>
 #include <webots_cloud/process_limits.hpp>
 
 #include <cstdint>
@@ -36,10 +37,10 @@ std::optional<Limit> overrun(ProcessLimits const& limits, Consumption const& use
 /// programs report the end of others, by its exit status.
 bool ended_at_file_size(int code, bool signalled) noexcept;
 
-/// A sentence for the browser of the simulation that has overrun its limit. `memory_key`: which raises that
-/// of memory.
-std::string overrun_text(Limit limit, ProcessLimits const& limits,
-                         std::string_view memory_key = "\"simulationMemory\"");
+/// What the browser of the simulation is told that has overrun its limit. `memory_key`: which raises that of
+/// memory.
+Failure overrun_failure(Limit limit, ProcessLimits const& limits,
+                        std::string_view memory_key = "\"simulationMemory\"");
 
 /// As in `/metrics`.
 std::string_view label_of(Limit limit) noexcept;

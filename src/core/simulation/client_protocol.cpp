@@ -1,10 +1,12 @@
 #include "client_protocol.hpp"
 
+#include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
 
 #include <algorithm>
 
@@ -45,6 +47,7 @@ ClientMessage read_start(json::value const& value)
     message.can_extend = is_true(*start, "extend");
     message.fetch_only = is_true(*start, "fetch_only");
     message.relayed = is_true(*start, "relayed");
+    message.wants_reasons = is_true(*start, "reasons");
     return SimulationRequest(std::move(message));
 }
 
@@ -95,6 +98,7 @@ ClientMessage read_init(json::value const& value, json::object const& message)
         project->mode = mode->get_string();
     }
     project->relayed = is_true(message, "relayed");
+    project->wants_reasons = is_true(message, "reasons");
     return SimulationRequest(std::move(*project));
 }
 
@@ -145,6 +149,11 @@ bool is_relayed(SimulationRequest const& request)
     return std::visit([](auto const& asked) { return asked.relayed; }, request);
 }
 
+bool wants_reasons(SimulationRequest const& request)
+{
+    return std::visit([](auto const& asked) { return asked.wants_reasons; }, request);
+}
+
 bool is_fetch_only(SimulationRequest const& request)
 {
     auto const* start = std::get_if<StartMessage>(&request);
@@ -168,6 +177,24 @@ std::string world_of(SimulationRequest const& request)
 std::string error_message(std::string_view text)
 {
     return concat(error_prefix, text);
+}
+
+std::string reason_message(Failure const& failure)
+{
+    if (auto const* const info = failure.info()) {
+        json::object values;
+        for (auto const& [name, value] : info->arguments)
+            values[name] = value;
+        return concat(reason_prefix,
+                      json::serialize(json::object({{"code", info->code}, {"values", values}})));
+    }
+    auto const code = code_of_system(failure);
+    return code.empty() ? std::string() : reason_message(code);
+}
+
+std::string reason_message(std::string_view code)
+{
+    return concat(reason_prefix, json::serialize(json::object({{"code", code}})));
 }
 
 std::string loading_message(std::string_view text)

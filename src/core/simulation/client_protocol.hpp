@@ -1,6 +1,7 @@
 // The texts of the WebSocket /client (protocol section 4.1): what browsers send, and what they get.
 #pragma once
 
+#include <webots_cloud/error.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/time.hpp>
 #include <webots_cloud/website_project.hpp>
@@ -25,6 +26,7 @@ struct StartMessage
     bool can_extend = false; ///< Its page has a button for `extend`.
     bool fetch_only = false; ///< No simulator is to be started: the project is to be in the cache for others.
     bool relayed = false;    ///< It comes from a session server, which can ask another machine.
+    bool wants_reasons = false; ///< Its page has a text for each code of a refusal.
 
     bool operator==(StartMessage const&) const = default;
 };
@@ -90,6 +92,9 @@ bool can_extend(SimulationRequest const& request);
 /// Whether it comes from a session server, which is told where another machine may take what is refused.
 bool is_relayed(SimulationRequest const& request);
 
+/// Whether it wants the code of a refusal beside the sentence.
+bool wants_reasons(SimulationRequest const& request);
+
 /// Whether the project is to be fetched for later starts, and nothing else.
 bool is_fetch_only(SimulationRequest const& request);
 
@@ -108,6 +113,15 @@ inline constexpr std::string_view error_prefix = "loading: Error: ";
 
 /// `loading: Error: <text>`
 std::string error_message(std::string_view text);
+
+inline constexpr std::string_view reason_prefix = "reason: ";
+
+/// `reason: {"code":"no-world","values":{"file":"a.wbt"}}`: what the error that follows says, for pages in
+/// other languages. Empty: the failure has no code.
+std::string reason_message(Failure const& failure);
+
+/// The same with a code alone.
+std::string reason_message(std::string_view code);
 
 /// `loading: <text>`
 std::string loading_message(std::string_view text);

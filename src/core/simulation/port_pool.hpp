@@ -1,6 +1,8 @@
 // The range of ports from which each simulator gets one.
 #pragma once
 
+#include "core/refusals.hpp"
+
 #include <webots_cloud/error.hpp>
 
 #include <cstdint>
@@ -13,8 +15,7 @@ namespace webots_cloud::core {
 /// The answer when all of `max` places for simulations are taken (protocol section 4.3).
 inline Failure too_many_simulations(int max)
 {
-    return {errc::unavailable, "Too many open connections (>" + std::to_string(max) +
-                                   "): this simulation server is full. Please try again later."};
+    return refused(Refused::no_place, {{"max", std::to_string(max)}});
 }
 
 /// Numbers from `first` to `first + size - 1`, each lent to one simulation at a time.

@@ -20,8 +20,4 @@ std::vector<std::string> on_private_display(std::filesystem::path const& guard,
 /// Whether it is the guard's line about an X server that has ended before its simulator.
 bool says_display_has_ended(std::string_view line) noexcept;
 
-/// What the browser is told then.
-inline constexpr std::string_view display_has_ended =
-    "The virtual display of the simulation has ended unexpectedly. Please start the simulation again.";
-
 } // namespace webots_cloud::core

@@ -1,5 +1,6 @@
 #include "simulator_state.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 
@@ -7,7 +8,14 @@
 #include <utility>
 
 namespace webots_cloud::core {
-namespace {} // namespace
+namespace {
+
+std::string minutes_text(Duration time)
+{
+    return std::to_string(std::chrono::round<std::chrono::minutes>(time).count());
+}
+
+} // namespace
 
 void SimulatorState::start_goes_on(TimePoint now)
 {
@@ -69,7 +77,7 @@ Duration SimulatorState::extendable() const noexcept
     return state_ == State::stopping || state_ == State::ended ? Duration::zero() : extendable_;
 }
 
-bool SimulatorState::stop(std::string reason) noexcept
+bool SimulatorState::stop(Failure reason) noexcept
 {
     if (state_ == State::stopping || state_ == State::ended)
         return false;
@@ -78,14 +86,15 @@ bool SimulatorState::stop(std::string reason) noexcept
     return true;
 }
 
-std::string SimulatorState::end_reason(std::string_view how, bool expected, std::string_view last_words) const
+Failure SimulatorState::end_reason(std::string_view how, bool expected, std::string_view last_words) const
 {
     if (state_ == State::stopping)
         return stop_reason_;
     if (!was_ready_)
-        return concat("Unable to start Webots: ", how, " before the world was loaded",
-                      last_words.empty() ? "." : ": " + printable(last_words, 200));
-    return expected ? "Webots has quit." : concat("Webots has quit unexpectedly: ", how, ".");
+        return refused(Refused::not_started,
+                       {{"why", concat(how, " before the world was loaded", last_words.empty() ? "." : ": ",
+                                       printable(last_words, 200))}});
+    return expected ? refused(Refused::quit) : refused(Refused::crashed, {{"how", how}});
 }
 
 TimePoint SimulatorState::deadline() const noexcept
@@ -117,14 +126,13 @@ SimulatorState::Due SimulatorState::due(TimePoint now) const noexcept
     return state_ == State::opening && now >= next_look_ ? Due::look_for_port : Due::nothing;
 }
 
-std::string SimulatorState::stop_reason(Due due) const
+Failure SimulatorState::stop_reason(Due due) const
 {
     if (due == Due::stop_at_time_limit)
-        return concat("The simulation reached its time limit of ", seconds_text(timeout_), " s.");
-    if (due == Due::stop_without_port)
-        return concat("Webots loaded the world but opened no port within ", seconds_text(start_timeout_),
-                      " s.");
-    return concat("Webots did not load the world within ", seconds_text(start_timeout_), " s.");
+        return refused(Refused::time_limit,
+                       {{"seconds", seconds_text(timeout_)}, {"minutes", minutes_text(timeout_)}});
+    return refused(due == Due::stop_without_port ? Refused::no_port : Refused::not_loaded,
+                   {{"seconds", seconds_text(start_timeout_)}});
 }
 
 } // namespace webots_cloud::core

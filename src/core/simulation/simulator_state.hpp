@@ -1,10 +1,10 @@
 // What a started simulator has reached, and when it must be ended.
 #pragma once
 
+#include <webots_cloud/error.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <optional>
-#include <string>
 #include <string_view>
 
 namespace webots_cloud::core {
@@ -92,13 +92,13 @@ public:
     /// By how much it can still be extended.
     Duration extendable() const noexcept;
 
-    /// `reason` is a sentence for the browser.   Returns: false when the simulator is being stopped already,
+    /// `reason` is what the browser is told.   Returns: false when the simulator is being stopped already,
     /// or has ended; then the first reason stays.
-    bool stop(std::string reason) noexcept;
+    bool stop(Failure reason) noexcept;
 
     /// Why a simulator has ended: the reason why it was stopped, or else a sentence about `how` it ended,
     /// which was `expected` or not. `last_words` is what it printed last.
-    std::string end_reason(std::string_view how, bool expected, std::string_view last_words) const;
+    Failure end_reason(std::string_view how, bool expected, std::string_view last_words) const;
 
     void exited() { state_ = State::ended; }
 
@@ -106,8 +106,8 @@ public:
     TimePoint deadline() const noexcept;
     Due due(TimePoint now) const noexcept;
 
-    /// The sentence for the browser about one of the three reasons to stop.
-    std::string stop_reason(Due due) const;
+    /// What the browser is told about one of the three reasons to stop.
+    Failure stop_reason(Due due) const;
 
     State state() const noexcept { return state_; }
     bool is_waiting() const noexcept { return waits_ && state_ == State::loading; }
@@ -129,7 +129,7 @@ private:
     bool restart_wanted_ = false;
     bool waits_ = false;
     std::optional<bool> early_activity_;
-    std::string stop_reason_;
+    Failure stop_reason_;
 };
 
 } // namespace webots_cloud::core

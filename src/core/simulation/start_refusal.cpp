@@ -23,6 +23,11 @@ bool is_of_the_system(Failure const& failure)
 
 StartRefusal refusal_at(StartStep step, Failure const& failure)
 {
+    if (auto const known = where_refused(failure); known && step != StartStep::website) {
+        // A machine that has no port left after a fetch is not full: others have taken its ports.
+        bool const is_late = *known == StartRefusal::full && step != StartStep::admission;
+        return is_late ? StartRefusal::here : *known;
+    }
     auto const here_if = [](bool is_here) { return is_here ? StartRefusal::here : StartRefusal::everywhere; };
     switch (step) {
     case StartStep::admission:

@@ -2,6 +2,8 @@
 // machine.
 #pragma once
 
+#include "core/refusals.hpp"
+
 #include <webots_cloud/error.hpp>
 
 #include <string>
@@ -19,15 +21,8 @@ enum class StartStep
     launch      ///< From the fetched project until the simulation is ready.
 };
 
-/// Where a start that was refused here would be refused as well.
-enum class StartRefusal
-{
-    everywhere, ///< The project or the request is at fault.
-    here,       ///< Another machine may take it.
-    full        ///< So may this one, later.
-};
-
-/// What a failure at this step tells.
+/// What a failure at this step tells: its row of the table of refusals knows, or else its code. Projects of
+/// websites are the exception: which of them there are is a matter of each machine.
 StartRefusal refusal_at(StartStep step, Failure const& failure);
 
 /// What a session server is told before the error: `refusal: full`, `refusal: machine`, or nothing for what

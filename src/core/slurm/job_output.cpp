@@ -2,6 +2,7 @@
 // not the second. The sentences for browsers are made here too.
 #include "job_output.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <charconv>
@@ -25,34 +26,32 @@ std::string_view after(std::string_view line, std::string_view part)
     return at == std::string_view::npos ? std::string_view() : line.substr(at + part.size());
 }
 
-/// Why a running job is ended; empty: the line does not say.
-std::string why_it_ends(std::string_view line)
+/// Why a running job is ended; nothing: the line does not say.
+std::optional<Failure> why_it_ends(std::string_view line)
 {
     if (contains(line, "DUE TO TIME LIMIT"))
-        return "The simulation was ended by Slurm: its job has reached its time limit.";
+        return refused(Refused::job_time_limit);
     if (contains(line, "DUE TO PREEMPTION"))
-        return "The simulation was ended by Slurm, which needs its node for a more important job.";
+        return refused(Refused::job_preempted);
     if (contains(line, "DUE TO NODE FAILURE") || contains(line, "Node failure on "))
-        return "The simulation has ended: its node of the cluster has failed.";
+        return refused(Refused::node_failed);
     if (contains(line, "oom-kill event") || contains(line, "OOM Killed"))
-        return "The simulation was ended: it needed more memory than its job may have. Its operator can "
-               "raise "
-               "\"memory\" of \"launcher\".";
+        return refused(Refused::job_memory);
     if (contains(line, " CANCELLED AT "))
-        return "The simulation was ended: its job was cancelled.";
-    return {};
+        return refused(Refused::job_cancelled);
+    return std::nullopt;
 }
 
 /// Why a job does not start.
-std::string why_it_does_not_start(std::string_view line)
+std::optional<Failure> why_it_does_not_start(std::string_view line)
 {
     if (auto const reason = after(line, "Unable to allocate resources: "); !reason.empty())
-        return concat("Slurm does not start the simulation: ", printable(trim(reason), 200), ".");
+        return refused(Refused::job_refused, {{"words", printable(trim(reason), 200)}});
     if (contains(line, "Job has been cancelled") || contains(line, " has been revoked"))
-        return "The simulation was cancelled while it waited for a node of the cluster.";
+        return refused(Refused::job_cancelled_early);
     if (auto const reason = after(line, "srun: error: Invalid "); !reason.empty())
-        return concat("Slurm does not start the simulation: invalid ", printable(trim(reason), 200), ".");
-    return {};
+        return refused(Refused::job_invalid, {{"words", printable(trim(reason), 200)}});
+    return std::nullopt;
 }
 
 } // namespace
@@ -70,19 +69,16 @@ JobOutput::Line JobOutput::read(std::string_view line)
     if (!is_of_srun && !line.starts_with("slurmstepd"))
         return Line::simulators;
     if (!node_.empty() || !is_of_srun) {
-        if (auto const reason = why_it_ends(line); !reason.empty())
-            return end(reason);
+        if (auto reason = why_it_ends(line))
+            return end(std::move(*reason));
         if (contains(line, "couldn't chdir to"))
-            return end(
-                "The node of the cluster does not see the simulation's project: the folder \"stateDir\" "
-                "of the simulation server must be shared with all nodes, or projects be copied to them "
-                "(\"copyTo\" of \"launcher\").");
+            return end(refused(Refused::node_without_project));
         return Line::ours;
     }
     if (line.ends_with("queued and waiting for resources"))
         return Line::waits;
-    if (auto const reason = why_it_does_not_start(line); !reason.empty())
-        return end(reason);
+    if (auto reason = why_it_does_not_start(line))
+        return end(std::move(*reason));
     return Line::ours;
 }
 
@@ -133,14 +129,14 @@ JobOutput::Line JobOutput::read_guard(std::string_view line)
 
 JobOutput::Line JobOutput::end_without_project()
 {
-    return end(concat("The simulation's project can't be copied to its node of the cluster",
-                      copy_trouble_.empty() ? "" : ": ", copy_trouble_, ". Please tell the operator."));
+    return end(refused(Refused::job_project_not_copied,
+                       {{"words", concat(copy_trouble_.empty() ? "" : ": ", copy_trouble_)}}));
 }
 
-JobOutput::Line JobOutput::end(std::string_view reason)
+JobOutput::Line JobOutput::end(Failure reason)
 {
-    if (reason_.empty()) // further lines only say that it is killed
-        reason_ = reason;
+    if (reason_.detail().empty()) // further lines only say that it is killed
+        reason_ = std::move(reason);
     return Line::ends;
 }
 

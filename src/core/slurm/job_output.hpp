@@ -1,6 +1,8 @@
 // What `srun` prints of a job, between the lines of the simulator.
 #pragma once
 
+#include <webots_cloud/error.hpp>
+
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -25,7 +27,7 @@ public:
         receives,   ///< The node has received `usage().received` bytes of the project.
         listens,    ///< The simulator listens on `port()`.
         uses,       ///< The simulator uses `usage()`.
-        ends        ///< Slurm ends the job, or does not start it: `reason()`, a sentence for the browser.
+        ends        ///< Slurm ends the job, or does not start it: `reason()`, for the browser.
     };
 
     /// What the guard on the node has counted last.
@@ -49,11 +51,11 @@ public:
     std::string const& number() const noexcept { return number_; } ///< Slurm's, once it runs.
     std::uint16_t port() const noexcept { return port_; }
     Usage const& usage() const noexcept { return usage_; }
-    std::string const& reason() const noexcept { return reason_; }
+    Failure const& reason() const noexcept { return reason_; }
 
 private:
     Line read_guard(std::string_view line);
-    Line end(std::string_view reason);
+    Line end(Failure reason);
     Line end_without_project();
     bool has_no_simulator() const noexcept { return node_.empty() || copies_; }
 
@@ -64,7 +66,7 @@ private:
     Usage usage_;
     bool copies_ = false;      ///< The project is being copied.
     std::string copy_trouble_; ///< What is wrong with that.
-    std::string reason_;
+    Failure reason_;           ///< Without a sentence: there is none yet.
 };
 
 /// What a browser is told whose project is being copied.

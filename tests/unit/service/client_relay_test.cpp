@@ -1093,7 +1093,9 @@ BOOST_AUTO_TEST_CASE(who_returns_before_the_machine_is_found_is_told_to_come_aga
     auto& early = fixture.start(returns);
     BOOST_TEST(early.sent.empty());
     BOOST_TEST(early.close_code.value() == 1012);
-    BOOST_TEST(fixture.start(R"({"reconnect":"abc"})").sent.size() == 1u); // no machine has such tokens
+    BOOST_TEST(
+        fixture.start(R"({"reconnect":"abc"})").sent.back() ==
+        "loading: Error: This simulation has ended. Please start it again."); // no machine has such tokens
     fixture.fleet.set({ServerSpec("a:2000")});
     fixture.sockets.expect("ws://a:2000/client").always();
     fixture.start(returns);
@@ -1117,6 +1119,23 @@ BOOST_AUTO_TEST_CASE(a_server_that_stops_asks_all_to_come_back)
     fixture.world.settle();
     BOOST_TEST(!fixture.machine("a:2000").close_code().has_value()); // the grace begins
     BOOST_TEST(fixture.machine("a:2000").dropped_at().has_value());
+}
+
+BOOST_AUTO_TEST_CASE(pages_that_ask_for_reasons_get_them_before_the_sentence)
+{
+    auto params = relaying();
+    params.config.waiting_room = 0;
+    Fixture fixture(params);
+    auto& none =
+        fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt","reasons":true}})");
+    BOOST_TEST(none.sent == (std::vector<std::string>{
+                                R"(reason: {"code":"no-machine","values":{}})",
+                                "loading: Error: No simulation server available at the moment."}),
+               boost::test_tools::per_element());
+    auto& old = fixture.start(todays_start, "192.0.2.2");
+    BOOST_TEST(old.sent ==
+                   std::vector<std::string>{"loading: Error: No simulation server available at the moment."},
+               boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(a_room_that_is_full_refuses_as_ever)

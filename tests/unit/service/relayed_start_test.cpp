@@ -143,6 +143,27 @@ BOOST_AUTO_TEST_CASE(browsers_are_told_nothing_but_the_error)
     }
 }
 
+BOOST_AUTO_TEST_CASE(pages_that_ask_for_reasons_get_them_before_the_error)
+{
+    Fixture fixture;
+    auto const missing = forge + "o/r/blob/main/robots/a.wbt";
+    constexpr auto reason = R"(reason: {"code":"no-address","values":{}})";
+    constexpr auto error = "loading: Error: Missing worlds folder in Webots simulation URL";
+    BOOST_TEST(fixture.say("", start(missing, R"(,"reasons":true)")).sent == (Texts{reason, error}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.say("", start(missing)).sent == Texts{error}, boost::test_tools::per_element());
+    fixture.drain();
+    BOOST_TEST(fixture.say("", init(R"(,"reasons":true,"relayed":true)")).sent ==
+                   (Texts{"refusal: machine", R"(reason: {"code":"server-stops","values":{}})",
+                          "loading: Error: This simulation server is about to stop. Please start again on "
+                          "another one."}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.say("", R"({"reconnect":"old"})").sent ==
+                   (Texts{R"(reason: {"code":"ended","values":{}})",
+                          "loading: Error: This simulation has ended. Please start it again."}),
+               boost::test_tools::per_element());
+}
+
 BOOST_AUTO_TEST_CASE(a_client_with_its_share_is_refused_here_alone)
 {
     auto params = simulation_service_params();
@@ -161,7 +182,9 @@ BOOST_AUTO_TEST_CASE(a_client_with_its_share_is_refused_here_alone)
 BOOST_AUTO_TEST_CASE(without_a_good_ticket_it_is_refused_here_alone)
 {
     auto hooks = simulation_service_hooks();
-    hooks.refuse_ticket = [](std::string_view) -> std::string { return "No ticket."; };
+    hooks.refuse_ticket = [](std::string_view) {
+        return std::optional(Failure(errc::refused, "No ticket."));
+    };
     Fixture fixture(simulation_service_params(), std::move(hooks));
     for (auto const& message : {start(world_url, relayed), init(relayed)})
         BOOST_TEST(fixture.say("", message).sent == (Texts{"refusal: machine", "loading: Error: No ticket."}),

@@ -210,6 +210,7 @@ BOOST_AUTO_TEST_CASE(without_a_server_session_says_so_with_status_200)
     auto const answer = fixture.get("/session");
     BOOST_TEST(answer.status == 200);
     BOOST_TEST(answer.body == "Error: no simulation server available at the moment.");
+    BOOST_TEST(header(answer, "Webots-Reason") == "no-machine");
 }
 
 BOOST_AUTO_TEST_CASE(methods_and_unknown_paths_are_answered_as_ever)
@@ -545,6 +546,8 @@ BOOST_AUTO_TEST_CASE(who_asks_for_sessions_too_often_is_told_so_and_others_are_s
     BOOST_TEST(refused.body ==
                "Error: too many sessions are asked for from your network. Please try again in a moment.");
     BOOST_TEST(header(refused, "Retry-After") == "2");
+    BOOST_TEST(header(refused, "Webots-Reason") == "too-fast");
+    BOOST_TEST(header(refused, "Access-Control-Expose-Headers") == "Webots-Reason");
     BOOST_TEST(header(refused, "Access-Control-Allow-Origin") == "*");
     BOOST_TEST(content_type(refused) == "text/html; charset=UTF-8");
     BOOST_TEST(fixture.get("/session", "OPTIONS").status == 204);

@@ -181,7 +181,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_ready_then_tells_what_it_was_before_then_li
     BOOST_TEST(!fixture.next<SimulationActivity>(*simulation).running);
     auto const ended = fixture.next<SimulationEnded>(*simulation);
     BOOST_TEST((fixture.elapsed() == 9s));
-    BOOST_TEST(ended.reason == "Webots has quit.");
+    BOOST_TEST(ended.reason.message() == "Webots has quit.");
     BOOST_TEST((ended.status == ExitStatus(0, false)));
     BOOST_TEST(ended.was_ready);
 }
@@ -218,7 +218,7 @@ BOOST_AUTO_TEST_CASE(each_way_to_end_has_its_reason_its_status_and_whether_it_wa
         if (row.was_ready)
             fixture.next<SimulationReady>(*simulation);
         auto const ended = fixture.next<SimulationEnded>(*simulation);
-        BOOST_TEST(ended.reason == row.reason);
+        BOOST_TEST(ended.reason.message() == row.reason);
         BOOST_TEST((ended.status == row.status), row.reason);
         BOOST_TEST(ended.was_ready == row.was_ready, row.reason);
     }
@@ -329,7 +329,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_loses_its_display_ends_with_a_sentence_ab
         if (is_ready)
             fixture.next<SimulationReady>(*simulation);
         auto const ended = fixture.next<SimulationEnded>(*simulation);
-        BOOST_TEST(ended.reason ==
+        BOOST_TEST(ended.reason.message() ==
                    "The virtual display of the simulation has ended unexpectedly. Please start the "
                    "simulation again.");
         BOOST_TEST(fixture.log.contains("display has ended: (EE) no memory left"));
@@ -489,7 +489,7 @@ BOOST_AUTO_TEST_CASE(to_ask_for_the_end_again_changes_neither_the_moment_nor_the
     auto const ended = fixture.next<SimulationEnded>(*simulation);
     BOOST_TEST((fixture.elapsed() == 7s));
     BOOST_TEST((ended.status == ExitStatus(SIGKILL, true)));
-    BOOST_TEST(ended.reason == ""); // whoever ended it knows the reason
+    BOOST_TEST(ended.reason.detail() == ""); // whoever ended it knows the reason
     BOOST_TEST(ended.was_ready);
     simulation->terminate(); // harmless once the process is gone
 }
@@ -509,7 +509,8 @@ BOOST_AUTO_TEST_CASE(who_asks_for_the_end_of_one_that_is_being_ended_hides_no_re
     fixture.world.advance(5s);
     BOOST_TEST_REQUIRE(taken.has_value());
     BOOST_TEST_REQUIRE(taken->has_value());
-    BOOST_TEST(std::get<SimulationEnded>(**taken).reason == "Webots did not load the world within 300 s.");
+    BOOST_TEST(std::get<SimulationEnded>(**taken).reason.message() ==
+               "Webots did not load the world within 300 s.");
 }
 
 BOOST_AUTO_TEST_CASE(a_start_that_takes_too_long_is_ended_to_the_second_and_what_was_missing_is_said)
@@ -528,7 +529,7 @@ BOOST_AUTO_TEST_CASE(a_start_that_takes_too_long_is_ended_to_the_second_and_what
         fixture.processes.expect().prints(row.output).listens(row.listens);
         auto const simulation = fixture.launched();
         auto const ended = fixture.next<SimulationEnded>(*simulation);
-        BOOST_TEST(ended.reason == row.reason);
+        BOOST_TEST(ended.reason.message() == row.reason);
         BOOST_TEST(!ended.was_ready);
         BOOST_TEST((fixture.elapsed() == 300s), row.reason);
     }
@@ -542,7 +543,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_nobody_has_asked_about_is_ended_at_its_li
     auto const simulation = fixture.launched();
     fixture.world.advance(700s);
     auto const ended = fixture.next<SimulationEnded>(*simulation);
-    BOOST_TEST(ended.reason == "The simulation reached its time limit of 600 s.");
+    BOOST_TEST(ended.reason.message() == "The simulation reached its time limit of 600 s.");
     BOOST_TEST((fixture.elapsed() == 700s));
     BOOST_TEST(!ended.was_ready);
 }
@@ -555,7 +556,7 @@ BOOST_AUTO_TEST_CASE(a_life_that_is_shorter_than_a_start_ends_the_start)
     fixture.processes.expect().prints("loading\n");
     auto const simulation = fixture.launched();
     auto const ended = fixture.next<SimulationEnded>(*simulation);
-    BOOST_TEST(ended.reason == "The simulation reached its time limit of 10 s.");
+    BOOST_TEST(ended.reason.message() == "The simulation reached its time limit of 10 s.");
     BOOST_TEST((fixture.elapsed() == 10s));
 }
 

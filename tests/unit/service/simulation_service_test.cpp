@@ -1283,10 +1283,12 @@ BOOST_AUTO_TEST_CASE(where_tickets_are_asked_for_each_starts_one_simulation)
 {
     std::vector<std::string> shown;
     auto hooks = simulation_service_hooks();
-    hooks.refuse_ticket = [&shown](std::string_view ticket) -> std::string {
+    hooks.refuse_ticket = [&shown](std::string_view ticket) -> std::optional<Failure> {
         bool const is_new = std::find(shown.begin(), shown.end(), ticket) == shown.end();
         shown.emplace_back(ticket);
-        return ticket == "good" && is_new ? "" : "No ticket.";
+        if (ticket == "good" && is_new)
+            return std::nullopt;
+        return Failure(errc::refused, "No ticket.");
     };
     Fixture fixture(simulation_service_params(30s), hooks);
     constexpr auto start = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt"}})";

@@ -215,7 +215,7 @@ BOOST_AUTO_TEST_CASE(a_job_waits_without_a_limit_and_is_ready_at_the_address_of_
     BOOST_TEST(ready.port == 2003);
     BOOST_TEST(ready.host == "10.0.0.2");
     auto const ended = fixture.next<SimulationEnded>(*simulation);
-    BOOST_TEST(ended.reason == "The simulation reached its time limit of 600 s.");
+    BOOST_TEST(ended.reason.message() == "The simulation reached its time limit of 600 s.");
 }
 
 BOOST_AUTO_TEST_CASE(who_waits_hears_what_slurm_says_and_that_it_says_nothing)
@@ -242,7 +242,8 @@ BOOST_AUTO_TEST_CASE(who_waits_hears_what_slurm_says_and_that_it_says_nothing)
     async::TaskGroup::cancel(task);
     fixture.world.settle();
     auto const ended = fixture.next<SimulationEnded>(*simulation);
-    BOOST_TEST(ended.reason == "The simulation was cancelled while it waited for a node of the cluster.");
+    BOOST_TEST(ended.reason.message() ==
+               "The simulation was cancelled while it waited for a node of the cluster.");
 }
 
 BOOST_AUTO_TEST_CASE(a_job_that_has_outlived_its_simulation_is_ended)
@@ -285,7 +286,7 @@ BOOST_AUTO_TEST_CASE(a_signal_that_ends_the_simulator_is_told_as_on_this_machine
         .exits(139);
     auto const simulation = fixture.launched();
     BOOST_TEST(fixture.next<SimulationReady>(*simulation).host == "10.0.0.1");
-    BOOST_TEST(fixture.next<SimulationEnded>(*simulation).reason ==
+    BOOST_TEST(fixture.next<SimulationEnded>(*simulation).reason.message() ==
                "Webots has quit unexpectedly: it was ended by signal 11.");
 }
 
@@ -307,7 +308,7 @@ BOOST_AUTO_TEST_CASE(who_claims_to_listen_elsewhere_is_not_believed)
     auto const first = fixture.launched();
     auto const second = fixture.launched();
     BOOST_TEST(!fixture.next<SimulationEnded>(*first).was_ready);
-    BOOST_TEST(fixture.next<SimulationEnded>(*second).reason ==
+    BOOST_TEST(fixture.next<SimulationEnded>(*second).reason.message() ==
                "The simulation runs on 192.0.2.1, but this server knows no address of it.");
 }
 
@@ -338,7 +339,7 @@ BOOST_AUTO_TEST_CASE(what_a_job_uses_is_what_the_guard_on_its_node_counts)
     BOOST_TEST(used.counted.has_value());
     auto const ended = fixture.next<SimulationEnded>(*simulation);
     BOOST_TEST((ended.overrun == Limit::memory));
-    BOOST_TEST(ended.reason ==
+    BOOST_TEST(ended.reason.message() ==
                "The simulation used more than 0 MB of memory, which is the limit of a simulation on "
                "this server. Its operator can raise \"memory\" of \"launcher\".");
 }

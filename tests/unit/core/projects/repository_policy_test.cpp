@@ -261,22 +261,23 @@ BOOST_AUTO_TEST_CASE(others_are_refused_in_the_words_that_browsers_know)
 {
     auto policy = sharing();
     BOOST_TEST(!refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 50));
-    BOOST_TEST(*refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 50.5) ==
+    BOOST_TEST(refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 50.5)->message() ==
                "Cannot share idle time when current load is above threshold: 50.5.");
     BOOST_TEST(
-        *refusal(policy, "https://github.com/evil/x/blob/main/worlds/a.wbt", github, 0) ==
+        refusal(policy, "https://github.com/evil/x/blob/main/worlds/a.wbt", github, 0)->message() ==
         "Cannot run simulation from blocked repository: https://github.com/evil/x/blob/main/worlds/a.wbt");
     BOOST_TEST(refusal(policy, "https://github.com/evil/x/blob/main/worlds/a.wbt", github, 60)
-                   ->starts_with("Cannot share idle time"));
+                   ->message()
+                   .starts_with("Cannot share idle time"));
     policy.rules.share_idle_time = 0;
-    BOOST_TEST(*refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
+    BOOST_TEST(refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0)->message() ==
                "This simulation server is not configured to share idle time.");
     policy.outside.accepted = false;
     BOOST_TEST(
-        *refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
+        refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0)->message() ==
         "Docker not enabled: cannot host simulations from repositories outside of \"allowedRepositories\".");
     policy.outside.hint = "Its operator can do more.";
-    BOOST_TEST(*refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
+    BOOST_TEST(refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0)->message() ==
                "Docker not enabled: cannot host simulations from repositories outside of "
                "\"allowedRepositories\". Its operator can do more.");
 }

@@ -109,6 +109,24 @@ BOOST_AUTO_TEST_CASE(sentences_of_python_servers_about_the_machine_are_known)
     }
 }
 
+BOOST_AUTO_TEST_CASE(a_reason_goes_to_browsers_that_asked_and_waits_while_another_machine_is_tried)
+{
+    constexpr auto reason = R"(reason: {"code":"no-world"})";
+    BOOST_TEST(conversation().take(reason).for_browser.empty());
+    RelayOptions options;
+    options.wants_reasons = true;
+    auto with = conversation(ours, options);
+    BOOST_TEST(with.take(reason).for_browser == reason);
+    auto other = conversation(ours, options);
+    (void)other.take("refusal: machine");
+    BOOST_TEST(other.take(reason).for_browser.empty());
+    BOOST_TEST((other.take("loading: Error: Not here.").refusal == MachineRefusal::machine));
+    BOOST_TEST(other.last_reason() == reason);
+    auto pythons = conversation(python, options);
+    (void)pythons.take("loading: Error: This simulation server is not configured to share idle time.");
+    BOOST_TEST(pythons.last_reason() == R"(reason: {"code":"not-allowed"})");
+}
+
 BOOST_AUTO_TEST_CASE(errors_of_a_running_simulation_are_the_browsers)
 {
     auto with = conversation();

@@ -1,5 +1,6 @@
 #include "unit_test.hpp"
 
+#include "core/refusals.hpp"
 #include "core/simulation/client_protocol.hpp"
 
 using namespace webots_cloud::core;
@@ -39,6 +40,8 @@ BOOST_AUTO_TEST_CASE(a_start_says_what_the_page_can_do)
     BOOST_TEST(!can_extend(request("")));
     BOOST_TEST(!is_fetch_only(request("")));
     BOOST_TEST(!is_relayed(request("")));
+    BOOST_TEST(!wants_reasons(request("")));
+    BOOST_TEST(wants_reasons(request(R"(,"reasons":true)")));
     BOOST_TEST(is_relayed(request(R"(,"relayed":true)")));
     BOOST_TEST(is_fetch_only(request(R"(,"fetch_only":true)")));
     BOOST_TEST(can_extend(request(R"(,"extend":true)")));
@@ -52,6 +55,21 @@ BOOST_AUTO_TEST_CASE(a_start_says_what_the_page_can_do)
     }
     auto const old = parse_client_message(R"({"init":["https://w.org","p","a.wbt"]})");
     BOOST_TEST(!can_return(std::get<SimulationRequest>(old)));
+    auto const website = parse_client_message(R"({"init":["https://w.org","p","a.wbt"],"reasons":true})");
+    BOOST_TEST(wants_reasons(std::get<SimulationRequest>(website)));
+}
+
+// Protocol 4.1.3.
+BOOST_AUTO_TEST_CASE(a_reason_says_to_programs_what_the_sentence_says_to_people)
+{
+    BOOST_TEST(reason_message(webots_cloud::core::refused(webots_cloud::core::Refused::no_world,
+                                                          {{"file", "\"a\".wbt"}})) ==
+               R"(reason: {"code":"no-world","values":{"file":"\"a\".wbt"}})");
+    BOOST_TEST(reason_message(webots_cloud::core::refused(webots_cloud::core::Refused::quit)) ==
+               R"(reason: {"code":"quit","values":{}})");
+    BOOST_TEST(reason_message(webots_cloud::Failure(webots_cloud::errc::refused, "It is so.")) == "");
+    BOOST_TEST(reason_message(webots_cloud::Failure(make_error_code(
+                   boost::system::errc::no_space_on_device))) == R"(reason: {"code":"disk-full"})");
 }
 
 // Protocol 4.1.4.

@@ -49,7 +49,7 @@ void tell(SimulatorState& simulator, std::string_view event)
     else if (event == "goes on")
         simulator.start_goes_on(at(10s));
     else if (event == "stop")
-        (void)simulator.stop("asked");
+        (void)simulator.stop(Failure(errc::closed, "asked"));
     else if (event == "exit")
         simulator.exited();
     else
@@ -142,32 +142,33 @@ BOOST_AUTO_TEST_CASE(the_time_limit_comes_before_all_other_reasons)
 BOOST_AUTO_TEST_CASE(each_reason_to_stop_is_a_sentence)
 {
     auto const simulator = started();
-    BOOST_TEST(simulator.stop_reason(Due::stop_at_time_limit) ==
+    BOOST_TEST(simulator.stop_reason(Due::stop_at_time_limit).message() ==
                "The simulation reached its time limit of 600 s.");
-    BOOST_TEST(simulator.stop_reason(Due::stop_without_port) ==
+    BOOST_TEST(simulator.stop_reason(Due::stop_without_port).message() ==
                "Webots loaded the world but opened no port within 300 s.");
-    BOOST_TEST(simulator.stop_reason(Due::stop_unloaded) == "Webots did not load the world within 300 s.");
+    BOOST_TEST(simulator.stop_reason(Due::stop_unloaded).message() ==
+               "Webots did not load the world within 300 s.");
 }
 
 BOOST_AUTO_TEST_CASE(the_first_reason_to_stop_is_the_reason_of_the_end)
 {
     auto simulator = started();
-    BOOST_TEST(simulator.stop("first"));
-    BOOST_TEST(!simulator.stop("second"));
-    BOOST_TEST(simulator.end_reason("it exited with status 1", false, "words") == "first");
+    BOOST_TEST(simulator.stop(Failure(errc::closed, "first")));
+    BOOST_TEST(!simulator.stop(Failure(errc::closed, "second")));
+    BOOST_TEST(simulator.end_reason("it exited with status 1", false, "words").message() == "first");
 }
 
 BOOST_AUTO_TEST_CASE(an_end_that_nobody_asked_for_has_a_reason_of_its_own)
 {
     auto const starting = after({"heartbeat"});
-    BOOST_TEST(starting.end_reason("it exited with status 0", true, "") ==
+    BOOST_TEST(starting.end_reason("it exited with status 0", true, "").message() ==
                "Unable to start Webots: it exited with status 0 before the world was loaded.");
-    BOOST_TEST(starting.end_reason("it was ended by signal 11", false, "no\aGPU") ==
+    BOOST_TEST(starting.end_reason("it was ended by signal 11", false, "no\aGPU").message() ==
                "Unable to start Webots: it was ended by signal 11 before the world was loaded: "
                "no\\x07GPU");
     auto const ready = after({"heartbeat", "port"});
-    BOOST_TEST(ready.end_reason("it exited with status 0", true, "words") == "Webots has quit.");
-    BOOST_TEST(ready.end_reason("it exited with status 1", false, "words") ==
+    BOOST_TEST(ready.end_reason("it exited with status 0", true, "words").message() == "Webots has quit.");
+    BOOST_TEST(ready.end_reason("it exited with status 1", false, "words").message() ==
                "Webots has quit unexpectedly: it exited with status 1.");
 }
 
@@ -211,7 +212,7 @@ BOOST_AUTO_TEST_CASE(the_time_limit_is_put_off_by_what_is_left_of_the_extension_
     BOOST_TEST((simulator.deadline() == at(700s)));
     BOOST_TEST((simulator.due(at(699s)) == Due::nothing));
     BOOST_TEST((simulator.due(at(700s)) == Due::stop_at_time_limit));
-    BOOST_TEST(simulator.stop_reason(Due::stop_at_time_limit) ==
+    BOOST_TEST(simulator.stop_reason(Due::stop_at_time_limit).message() ==
                "The simulation reached its time limit of 700 s.");
     SimulatorState stopping(at(0s), start_timeout, timeout, 100s);
     tell(stopping, "stop");

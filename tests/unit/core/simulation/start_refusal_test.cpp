@@ -61,6 +61,21 @@ BOOST_AUTO_TEST_CASE(a_launch_fails_here_unless_it_can_not_be_done_at_all)
     BOOST_TEST(codes_of(Step::launch, Refusal::full).empty());
 }
 
+BOOST_AUTO_TEST_CASE(a_row_of_the_table_knows_better_than_its_code)
+{
+    using core::Refused;
+    using core::refused;
+    auto const too_large = refused(Refused::memory_overrun, {{"max", "2"}, {"key", "it"}});
+    BOOST_TEST((core::refusal_at(Step::launch, too_large) == Refusal::everywhere));
+    auto const unreachable = refused(Refused::site_unreachable, {{"site", "s"}, {"why", "w"}});
+    BOOST_TEST((core::refusal_at(Step::repository, unreachable) == Refusal::here));
+    auto const full = refused(Refused::no_place, {{"max", "2"}});
+    BOOST_TEST((core::refusal_at(Step::admission, full) == Refusal::full));
+    BOOST_TEST((core::refusal_at(Step::launch, full) == Refusal::here), "others have taken its ports");
+    auto const no_template = refused(Refused::no_template, {{"name", "n"}});
+    BOOST_TEST((core::refusal_at(Step::website, no_template) == Refusal::here));
+}
+
 BOOST_AUTO_TEST_CASE(errors_of_the_system_are_this_machines)
 {
     for (auto const step : {Step::admission, Step::repository, Step::website, Step::launch})

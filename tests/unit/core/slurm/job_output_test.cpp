@@ -20,7 +20,7 @@ std::string reason_of(std::string_view line, bool runs = true)
     JobOutput job;
     if (runs)
         job.read(on_node7);
-    return job.read(line) == Line::ends ? job.reason() : std::string();
+    return job.read(line) == Line::ends ? job.reason().message() : std::string();
 }
 
 } // namespace
@@ -133,12 +133,12 @@ BOOST_AUTO_TEST_CASE(why_a_project_can_not_be_copied_is_a_sentence_without_our_p
         (on_the_node.read("tar: srv/1/a: b/c.wbt: Cannot write: No space left on device") == Line::ours));
     on_the_node.read("tar: Exiting with failure status due to previous errors");
     BOOST_TEST((on_the_node.read("webots-process-guard 5f0c9a4b7d21e836 can't receive") == Line::ends));
-    BOOST_TEST(on_the_node.reason() ==
+    BOOST_TEST(on_the_node.reason().message() ==
                "The simulation's project can't be copied to its node of the cluster: No "
                "space left on device. Please tell the operator.");
     JobOutput here;
     BOOST_TEST((here.read("webots-process-guard can't send") == Line::ends));
-    BOOST_TEST(here.reason() ==
+    BOOST_TEST(here.reason().message() ==
                "The simulation's project can't be copied to its node of the cluster. Please tell "
                "the operator.");
 }
@@ -147,11 +147,11 @@ BOOST_AUTO_TEST_CASE(the_first_reason_counts)
 {
     JobOutput job;
     job.read("srun: Job has been cancelled");
-    auto const first = job.reason();
+    auto const first = job.reason().message();
     BOOST_TEST(
         (job.read("srun: error: Unable to allocate resources: Job/step already completing or completed") ==
          Line::ends));
-    BOOST_TEST(job.reason() == first);
+    BOOST_TEST(job.reason().message() == first);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

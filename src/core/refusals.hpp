@@ -1,0 +1,209 @@
+// What people are told when a start is refused, a simulation ends, or a request can't be done: each sentence
+// is a row of the table in refusals.cpp, with the code that programs know it by. Whoever finds a fault names
+// the row and says what varies in it. Browsers get the code beside the sentence (protocol section 4.1.6), and
+// pages have a text for each code: `refusal.<code>` in src/web/view/texts. To change a sentence, change its
+// row.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace webots_cloud::core {
+
+/// Which row.
+enum class Refused : std::uint8_t
+{
+    // This server.
+    server_drains,
+    server_stops,
+    no_place,
+    client_has_enough,
+    world_has_enough,
+    no_ticket,
+    unknown_ticket,
+    expired_ticket,
+    used_ticket,
+    too_many_tickets,
+    no_way_through_gateway,
+
+    // The address of the world, and whose it is.
+    foreign_site,
+    address_too_long,
+    address_malformed,
+    address_too_short,
+    address_without_blob,
+    address_without_worlds,
+    address_without_world,
+    address_part,
+    outside_allowed,
+    not_shared,
+    too_busy,
+    blocked,
+
+    // The project, where it comes from.
+    no_repository,
+    no_commit,
+    not_in_repository,
+    unusable_repository,
+    site_unreachable,
+    site_fault,
+    large_files,
+    no_plain_project,
+    no_template,
+    no_websites,
+    no_website_key,
+    unreadable_website_key,
+    website_refuses,
+    website_without_reason,
+    website_status,
+    website_unreachable,
+    bad_zip,
+
+    // What is in it.
+    project_too_large,
+    too_many_files,
+    path_too_long,
+    too_many_long_paths,
+    folders_too_deep,
+    forbidden_name,
+    forbidden_folder,
+    forbidden_entry,
+    archive_bomb,
+    unpacking_too_slow,
+    repository_files,
+    repository_objects,
+    repository_folders,
+    repository_folder_files,
+    parent_files,
+    needs_more_memory,
+    needs_more_room,
+    no_world,
+    wrong_labels_line,
+    wrong_compose_line,
+    no_version,
+    bad_world_name,
+    no_competition_dockerfile,
+    image_not_fetched,
+    image_with_triggers,
+    dockerfile_line,
+    no_such_image,
+    lacks_labels,
+    nobody_has_label,
+    nobody_has_labels,
+
+    // What this server can't do at the moment.
+    fetches_wait,
+    not_stored,
+    disk_full,
+    no_room_for_repository,
+    not_copied,
+    not_fetched,
+    copy_damaged,
+    not_read,
+    no_cache,
+    no_docker_template,
+    no_compose_services,
+    bad_docker_setting,
+    not_put_back,
+    node_without_address,
+
+    // The simulator.
+    not_started,
+    not_loaded,
+    no_port,
+    quit,
+    crashed,
+    display_ended,
+    time_limit,
+    memory_overrun,
+    process_overrun,
+    disk_overrun,
+    ended_by_operator,
+    has_ended,
+    job_time_limit,
+    job_preempted,
+    node_failed,
+    job_memory,
+    job_cancelled,
+    job_cancelled_early,
+    job_refused,
+    job_invalid,
+    node_without_project,
+    job_project_not_copied,
+
+    // Requests of a page.
+    nothing_asked,
+    too_many_silent,
+    wrong_message,
+    wrong_mode,
+    second_start,
+    no_start_to_reset,
+    no_start_to_extend,
+    still_fetching,
+    no_file,
+    project_gone,
+    not_extended,
+
+    // Session servers.
+    no_machine,
+    no_machine_to_relay,
+    no_room_for_world,
+    too_many_starts,
+    too_many_wait,
+    page_says_too_much,
+    fetch_at_relay,
+    nothing_to_relay,
+
+    count ///< Not a row.
+};
+
+/// Where a start that was refused here would be refused as well.
+enum class StartRefusal
+{
+    everywhere, ///< The project or the request is at fault.
+    here,       ///< Another machine may take it.
+    full        ///< So may this one, later.
+};
+
+struct RefusalRow
+{
+    Refused which;
+    std::string_view code; ///< On the wire. Rows that mean the same to a visitor share it.
+    errc kind;
+    StartRefusal where;
+    std::string_view sentence; ///< With `{name}` for each argument.
+    /// Python servers say it as well, so a session server that relays knows it without a code, and it has to
+    /// stay as it is.
+    bool is_pythons = false;
+};
+
+RefusalRow const& row_of(Refused which) noexcept;
+
+/// What varies in a sentence, by name.
+using RefusalArguments = std::initializer_list<std::pair<std::string_view, std::string_view>>;
+
+/// The row's sentence, with its code and kind. Precondition: each `{name}` of the sentence has its argument.
+/// An argument may be none of these: then only programs are told.
+Failure refused(Refused which, RefusalArguments arguments = {});
+
+/// The same with another kind: of a system call that has failed, for instance.
+Failure refused(boost::system::error_code kind, Refused which, RefusalArguments arguments = {});
+
+/// Where a start with this failure would be refused as well, if its row says so: nothing for failures without
+/// one, and for those of another kind than their row.
+std::optional<StartRefusal> where_refused(Failure const& failure) noexcept;
+
+/// The code of a failure of the operating system, which has no row; empty: it is none.
+std::string_view code_of_system(Failure const& failure) noexcept;
+
+/// What a Python server, which knows no codes, says with this sentence. Nothing: it is none of the sentences
+/// that it shares with us.
+RefusalRow const* pythons_refusal(std::string_view sentence) noexcept;
+
+} // namespace webots_cloud::core
