@@ -2,7 +2,8 @@
 """What pages say exists in every language, with the same values, and is said somewhere. Keys are spelled in one way.
 
 Keys are used as say('key') in scripts, and as data-say="key", data-say-label="key", data-say-placeholder="key" or
-data-say-title="key" in pages.
+data-say-title="key" in pages. Those of refusals are used by the codes of the table in src/core/refusals.cpp: each code has a text,
+`refusal.noWorld` for "no-world", whose values are arguments of all sentences with that code, or `why`, the sentence.
 """
 
 import glob
@@ -13,6 +14,10 @@ import sys
 
 WEB = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web")
 KEY = re.compile(r"[a-z]+\.[a-z][a-zA-Z0-9]*")  # part.whatItSays
+REFUSALS = os.path.join(WEB, "../core/refusals.cpp")
+# A row: its code and its sentence, a literal or several in a row.
+ROW = re.compile(r"""\{R::\w+, "([a-z-]+)", errc::\w+, \w+,\s*((?:"(?:[^"\\]|\\.)*"\s*)+)""")
+UNSAID = {"time-limit": {"minutes"}}  # Arguments that are no part of the sentence.
 USE = re.compile(r"""\bsay\(\s*'([^']+)'|\bdata-say(?:-label|-placeholder|-title)?="([^"]+)\"""")
 
 
@@ -39,6 +44,18 @@ def used():
     return {next(filter(None, match.groups())) for file in files for match in USE.finditer(read(file))}
 
 
+def refusals():
+    """The sentences of each code."""
+    sentences = {}
+    for code, sentence in ROW.findall(read(REFUSALS)):
+        sentences.setdefault(code, []).append(sentence)
+    return sentences
+
+
+def key_of(code):
+    return "refusal." + re.sub(r"-(\w)", lambda match: match[1].upper(), code)
+
+
 def values_of(text):
     return sorted(re.findall(r"\{(\w+)\}", text))
 
@@ -61,9 +78,17 @@ def problems():
                 yield f"{language}.json: {key!r} has the values {values_of(said[key])}, in English {values_of(english[key])}"
     for key in sorted(key for key in english if not KEY.fullmatch(key)):
         yield f"{key!r} is not spelled as part.whatItSays"
-    for key in sorted(used() - set(english)):
+    codes = refusals()
+    if sum(map(len, codes.values())) != read(REFUSALS).count("{R::"):
+        yield f"{REFUSALS} has rows that are written in another way"
+    for code, sentences in sorted(codes.items()):
+        known = {"why"} | UNSAID.get(code, set()) | set.intersection(*(set(values_of(sentence)) for sentence in sentences))
+        for value in sorted(set(values_of(english.get(key_of(code), ""))) - known):
+            yield f"{key_of(code)!r} has the value {value!r}, which not all sentences with the code {code!r} have"
+    said = used() | {key_of(code) for code in codes}
+    for key in sorted(said - set(english)):
         yield f"{key!r} is said, and is in no file"
-    for key in sorted(set(english) - used()):
+    for key in sorted(set(english) - said):
         yield f"nobody says {key!r}"
 
 

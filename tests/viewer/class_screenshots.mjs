@@ -86,7 +86,7 @@ for (const [size, viewport] of Object.entries(SIZES)) {
     });
 
     test(`wall ${size} ${colorScheme}`, async (t) => {
-      await cloud.set('fetching', ['loading: Error: Repository owner/repository does not exist or is private.']);
+      await cloud.set('fetching', ['reason: {"code":"no-repository","values":{"name":"owner/repository"}}', 'loading: Error: Repository owner/repository does not exist or is private.']);
       const page = await openClass(t, { ...options, students: await wallOfTwelve(), more: { seats: 12, reserved: 12 } });
       await pictures(page, 5);
       await says(page, '#fetch-faults', ':');

@@ -39,7 +39,7 @@ test('a class is opened with a password, a world and seats; what is wrong is sai
   await says(page, '#reserved', 'All 24 seats');
   await says(page, '#fetch-status', '1 of 1 machines');
   const [start] = (await cloud.get('started')).map((text) => JSON.parse(text));
-  assert.deepEqual(start, { start: { url: WORLD, mode: 'mjpeg', fetch_only: true } });
+  assert.deepEqual(start, { start: { url: WORLD, mode: 'mjpeg', fetch_only: true, reasons: true } });
   assert.equal(await page.inputValue('#password'), '');
   const used = await page.evaluate(() => JSON.stringify([{ ...localStorage }, { ...sessionStorage }]));
   assert.ok(used.includes(WORLD) && !used.includes('abcd-efgh'), used);
@@ -79,7 +79,7 @@ test('without the QR library the link and the code are there, and no error', asy
 });
 
 test('machines that cannot fetch the project are named with the reason, and are asked again', async (t) => {
-  await cloud.set('fetching', ['loading: Error: Repository owner/repository does not exist or is private.']);
+  await cloud.set('fetching', ['reason: {"code":"no-repository","values":{"name":"owner/repository"}}', 'loading: Error: Repository owner/repository does not exist or is private.']);
   const here = await cloud.call('address', 'simulation');
   const page = await openClass(t, { ...PHONE, more: { machines: [`${here}/ticket-of-mine`, 'ws://127.0.0.1:1'] } });
   await says(page, '#fetch-faults', 'does not exist, or is private');

@@ -170,11 +170,13 @@ test('when every seat is taken it waits, and starts by itself when one is free',
   await waitForSaid('state', (each) => each.state === 'waiting');
   await clean(page, 'waiting');
   assert.equal(await page.isVisible('#simulation'), false);
+  await cloud.set('reason', 'too-fast');
   await cloud.set('answer', 'Error: too many sessions are asked for from your network.');
   const asked = async () => (await cloud.get('requests')).filter((path) => path.startsWith('/session?')).length;
   const before = await asked();
   await cloud.call('set_available', '1');
   await until(async () => await asked() > before, 'another attempt');
+  await cloud.set('reason', null);
   await cloud.set('answer', null);
   await cloud.call('set_available', '1');
   await state(page, 'running');

@@ -32,6 +32,7 @@ class FakeCloud:
 
     def __init__(self):
         self.answer = None  # Text of /session; None: the address of the fake simulation server.
+        self.reason = None  # Code of a refusal that goes with that text.
         self.defaults = None  # Content of defaults.json; None: 404.
         self.held = None  # Files whose path has this in it stay on their way.
         self.relays = False  # The session server answers its own address, and takes /client.
@@ -314,7 +315,8 @@ class FakeCloud:
         if path == "/session":
             own = self.address("session" if self.relays else "simulation")
             text = self.answer if self.answer is not None else own
-            return respond(200, "text/html; charset=UTF-8", text.encode())
+            reason = () if self.reason is None else [("Webots-Reason", self.reason), ("Access-Control-Expose-Headers", "Webots-Reason")]
+            return respond(200, "text/html; charset=UTF-8", text.encode(), reason)
         if path in ("/viewer/defaults.json", "/class/defaults.json") and self.defaults is not None:
             return respond(200, "application/json", json.dumps(self.defaults).encode())
         file = page_file(path)
@@ -376,9 +378,9 @@ def part(frame):
     return b"--WebotsFrame\r\nContent-Type: image/png\r\nContent-Length: %d\r\n\r\n%s\r\n" % (len(frame), frame)
 
 
-def respond(status, content_type, body):
+def respond(status, content_type, body, more_headers=()):
     headers = [("Content-Type", content_type), ("Access-Control-Allow-Origin", "*"), ("Connection", "close"),
-               ("Content-Length", str(len(body)))]
+               ("Content-Length", str(len(body))), *more_headers]
     return http.HTTPStatus(status), headers, body
 
 

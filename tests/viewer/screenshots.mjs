@@ -89,7 +89,7 @@ const STATES = {
   },
   refused: async (page) => {
     const launch = await cloud.get('launch');
-    await cloud.set('launch', ['loading: Error: Repository https://github.com/owner/repository does not exist or is private.']);
+    await cloud.set('launch', ['reason: {"code":"no-repository","values":{"name":"owner/repository"}}', 'loading: Error: Repository owner/repository does not exist or is private.']);
     await page.click('#start');
     await page.waitForSelector('#status.problem');
     await cloud.call('close', 'simulation');
@@ -128,7 +128,8 @@ const STATES = {
   ended: async (page) => {
     await cloud.set('mute', []);
     await state(page, 'running');
-    await cloud.call('send', 'simulation', 'loading: Error: Webots has quit unexpectedly (signal 11).');
+    await cloud.call('send', 'simulation', 'reason: {"code":"crashed"}');
+    await cloud.call('send', 'simulation', 'loading: Error: Webots has quit unexpectedly: it was ended by signal 11.');
     await cloud.call('close', 'simulation');
     await state(page, 'ended');
   },

@@ -202,6 +202,7 @@ globalThis.CustomEvent ??= class extends Event {
 };
 globalThis.fetch = async (address) => ({
   ok: true,
+  headers: new Headers(),
   json: async () => JSON.parse(readFileSync(new URL(address), 'utf-8')),
   text: async () => answer
 });
@@ -482,7 +483,7 @@ test('a proxy that reloads does not end the simulation, and a server that stops 
 // --- the line of a session server ---
 
 const OWN = 'ws://s';
-const WAITING = { url: 'w', mode: 'mjpeg', reconnect: true, heartbeat: true, extend: true, waiting: true };
+const WAITING = { url: 'w', mode: 'mjpeg', reconnect: true, heartbeat: true, extend: true, reasons: true, waiting: true };
 
 async function waitInLine(place = '3 60 240', { target = TARGET, ticket = null } = {}) {
   answer = OWN;
@@ -683,7 +684,10 @@ test('a start that is refused on /client because everything is full is refused a
 
 test('a machine that is full refuses as a site that is full', async () => {
   server = new Server();
-  server.serve = (socket) => socket.says('loading: Error: Too many open connections (>100): this simulation server is full. Please try again later.');
+  server.serve = (socket) => {
+    socket.says('reason: {"code":"full","values":{"max":"100"}}');
+    socket.says('loading: Error: Too many open connections (>100): this simulation server is full. Please try again later.');
+  };
   await comeToTheLine();
   sockets[0].breaks(1000);
   const { full, busy } = last('ended')[1];
@@ -727,32 +731,43 @@ test('a screen reader is told at once, and then every ten seconds the last that 
 
 // --- what people are told ---
 
-const { explain } = await import(new URL('refusals.js', VIEW));
+const { explain, parseReason } = await import(new URL('refusals.js', VIEW));
+const explained = (...told) => explain(...told).text;
 
-// Every sentence that section 4.1.2 has for a start that fails, those of 2.1 and 6.5, with something in place of <what varies>. Those
-// about a server that is configured badly are for its operator, and shown as they are.
-function sentences() {
-  const protocol = readFileSync(new URL('../../docs/protocol.md', import.meta.url), 'utf-8');
-  const section = (name, next) => protocol.slice(protocol.indexOf(name), protocol.indexOf(next));
-  const rows = [section('#### 4.1.2', '#### 4.1.3'), section('### 6.5', '## 7')].join('\n').split('\n')
-    .filter((line) => /^\| (\d|`(?:Unable|Webots|The simulation))/.test(line))
-    .map((line) => line.replace(/^\| [\d, ]+ \|/, '').replace(/\(.*?\)/g, ''));
-  const told = rows.flatMap((line) => [...line.matchAll(/`([^`]+)`/g)].map(([, text]) => text))
-    .filter((text) => /^[A-Z<]/.test(text) && text.includes(' ') && !/^<|^\.\.\./.test(text.replace(/^<(?:forge|file)>/, '')));
-  return told.map((text) => text.replace(/<(?:n|s|max|load)>/g, '7').replace(/<[^<>]+>/g, 'thing'));
-}
+test('the sentences of Python servers, which have no codes, are said in the words of people', () => {
+  const sentences = JSON.parse(readFileSync(new URL('../support/python_refusals.json', import.meta.url), 'utf-8'));
+  assert.ok(sentences.length > 10);
+  for (const { code, sentence } of sentences)
+    assert.equal(explained(sentence), explained(sentence, { code, values: { file: 'nope.wbt', why: sentence.replace(/^.*?: /, '') } }), sentence);
+  assert.equal(explained('nope.wbt does not exist.'), say('refusal.noWorld', { file: 'nope.wbt' }));
+  assert.deepEqual(explain('no simulation server available at the moment.'), { text: say('refusal.noMachine'), full: true, busy: true });
+});
 
-test('every sentence of the protocol about a start is said in the words of people, with what to do', () => {
-  const told = sentences();
-  assert.ok(told.length >= 30, `only ${told.length} were found: ${told}`);
-  const unsaid = told.filter((text) => explain(text) === text && !text.startsWith('Unsupported client mode')); // for authors of pages
-  assert.deepEqual(unsaid, []);
-  assert.equal(explain('The operator has ended this simulation.'), say('refusal.endedByOperator'));
-  assert.equal(explain('/srv/projects/x can\'t be written: No space left on device'), say('refusal.diskFull'));
-  for (const why of ['Unknown host: a. This server can\'t read the key that it has for it.', '/srv/cache: Permission denied', '/srv/x: Read-only file system'])
-    assert.equal(explain(why), say('refusal.serverFault', { why }));
-  assert.equal(explain('no such world.'), 'No such world.'); // of another server
-  assert.equal(explain('my_world is empty.'), 'my_world is empty.');
+test('a code is said in the words of people, whatever the sentence says', () => {
+  const reason = parseReason('{"code":"no-repository","values":{"name":"a/b"}}');
+  assert.equal(explained('Some words of a later version.', reason), say('refusal.noRepository', { name: 'a/b' }));
+  assert.equal(explained(' The disk is gone. ', { code: 'server-fault', values: {} }), say('refusal.serverFault', { why: 'The disk is gone.' }));
+  assert.equal(explained('It failed: why', { code: 'not-started', values: { why: 'why' } }), say('refusal.notStarted', { why: 'why' }));
+  assert.deepEqual(explain('Slowly.', { code: 'too-fast', values: {} }), { text: say('refusal.tooFast'), full: false, busy: true });
+});
+
+test('what has no code that the page knows is shown as it is', () => {
+  assert.equal(explained('a new sentence.', { code: 'of-a-later-version', values: {} }), 'A new sentence.');
+  assert.equal(explained('no such world.'), 'No such world.'); // of another server
+  assert.equal(explained('my_world is empty.'), 'my_world is empty.');
+  for (const text of ['', '{', 'null', '{"code":7}', '[]'])
+    assert.equal(parseReason(text), null, text);
+});
+
+test('a reason is of the sentence that follows it, and of no other', async () => {
+  fresh();
+  await run();
+  const told = [];
+  session.addEventListener('problem', ({ detail: { text } }) => told.push(text));
+  server.lease.says('reason: {"code":"time-limit","values":{"seconds":"600","minutes":"10"}}');
+  server.lease.says('loading: Error: The simulation reached its time limit of 600 s.');
+  server.lease.says('loading: Error: Something else.');
+  assert.deepEqual(told, [say('refusal.timeLimit', { minutes: 10 }), 'Something else.']);
 });
 
 test('how far a project is on its way is said in the language of the page', async () => {

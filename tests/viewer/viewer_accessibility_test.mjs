@@ -22,9 +22,11 @@ const STATES = {
     await page.fill('#connect-to', WORLD);
   },
   refused: async (page) => {
+    await cloud.set('reason', 'too-fast');
     await cloud.set('answer', 'Error: too many sessions are asked for from your network.');
     await page.click('#start');
     await status(page, 'oo many simulations');
+    await cloud.set('reason', null);
     await cloud.set('answer', null);
   },
   starting: async (page) => {

@@ -25,7 +25,7 @@ except ImportError as error:
 
 WORLD = "https://github.com/owner/repository/blob/main/worlds/arena.wbt"
 
-START = {"url": WORLD, "mode": "mjpeg", "reconnect": True, "heartbeat": True, "extend": True}
+START = {"url": WORLD, "mode": "mjpeg", "reconnect": True, "heartbeat": True, "extend": True, "reasons": True}
 
 
 class ViewerTest(unittest.TestCase):
@@ -200,6 +200,7 @@ class Failures(ViewerTest):
         self.wait_for_the_offer()
 
     def test_a_machine_that_is_free_again_leaves_other_errors_and_simulations_alone(self):
+        self.cloud.reason = "too-fast"
         self.cloud.answer = "Error: too many sessions are asked for from your network. Please try again in a moment."
         self.start()
         self.wait_state("failed")
@@ -208,6 +209,7 @@ class Failures(ViewerTest):
         self.cloud.set_available("1")
         self.wait(lambda: self.data()["availability"] == "available", "a light")
         self.wait_text("status", "Too many simulations were asked for")
+        self.cloud.reason = None
         self.cloud.answer = self.NO_MACHINE
         self.click("start")
         self.wait_text("status", "No machine")

@@ -190,7 +190,7 @@ describe('The three forms of open', () => {
   test('a project of the website is started with its nine strings, byte for byte', async () => {
     await open(PROJECT, `globalThis.webots = { User1Id: 12, User1Name: 'Ada', User1Authentication: '$2y$10$abc', User2Id: 7, User2Name: 'Zoë', CustomData: 'lap=2' };`);
     await state('paused');
-    assert.deepEqual(cloud.leases, ['{ "init" : [ "https://website.test", "student/simple", "simple.wbt", "12", "Ada", "$2y$10$abc", "7", "Zoë", "lap=2" ], "mode" : "mjpeg" }']);
+    assert.deepEqual(cloud.leases, ['{ "init" : [ "https://website.test", "student/simple", "simple.wbt", "12", "Ada", "$2y$10$abc", "7", "Zoë", "lap=2" ], "mode" : "mjpeg", "reasons" : true }']);
     assert.ok(cloud.requests.includes(`${HOST}/session`), JSON.stringify(cloud.requests));
     assert.deepEqual(await told('onready'), [[]]);
     assert.deepEqual(controlsAfterOpening(), [], 'it waits for the user');
@@ -199,7 +199,7 @@ describe('The three forms of open', () => {
   test('what is unset is empty, 0 is nobody, and quotes are escaped but never twice', async () => {
     await open(PROJECT, `globalThis.webots = { User1Id: 0, User1Name: 'a "quoted" name', CustomData: '{\\\\"lap\\\\":2}' };`);
     await state('paused');
-    assert.equal(cloud.leases[0], '{ "init" : [ "https://website.test", "student/simple", "simple.wbt", "", "a \\"quoted\\" name", "", "", "", "{\\"lap\\":2}" ], "mode" : "mjpeg" }');
+    assert.equal(cloud.leases[0], '{ "init" : [ "https://website.test", "student/simple", "simple.wbt", "", "a \\"quoted\\" name", "", "", "", "{\\"lap\\":2}" ], "mode" : "mjpeg", "reasons" : true }');
   });
 
   test('a world of a repository is started with its address, in each way to say it', async () => {

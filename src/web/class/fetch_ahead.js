@@ -1,6 +1,6 @@
 // Has the project of a class fetched by the machines before the first student starts. No DOM.
 
-import { explain } from './view/refusals.js';
+import { explain, parseReason } from './view/refusals.js';
 import { say } from './view/texts.js';
 
 const ANSWER_MS = 120000; // between two lines
@@ -14,7 +14,7 @@ export class FetchAhead {
   // Asks all machines, of which there are 64 at most, at once: tickets in their addresses are good for a minute only. `changed` is
   // called when `done`, `busy` or `faults` are others.
   constructor(machines, url, mode, changed) {
-    this.#start = JSON.stringify({ start: { url, mode, fetch_only: true } });
+    this.#start = JSON.stringify({ start: { url, mode, fetch_only: true, reasons: true } });
     this.#changed = changed;
     this.#machines = new Map(machines.map((machine) => [machine, { done: false, fault: '' }]));
     machines.forEach((machine) => this.#ask(machine));
@@ -43,7 +43,7 @@ export class FetchAhead {
       return this.#finish(machine, null, say('session.refusedSocket', { url: machine }));
     }
     this.#working.add(socket);
-    let [timer, opened] = [0, false];
+    let [timer, opened, reason] = [0, false, null];
     const end = (fault) => {
       clearTimeout(timer);
       this.#finish(machine, socket, fault);
@@ -58,10 +58,13 @@ export class FetchAhead {
       wait();
     };
     socket.onmessage = ({ data }) => {
-      const [, why] = /^(?:loading:\s*)?error:\s*(.*)/is.exec(String(data)) ?? [];
+      const text = String(data);
+      const [, why] = /^(?:loading:\s*)?error:\s*(.*)/is.exec(text) ?? [];
       wait();
-      if (why !== undefined)
-        end(explain(why));
+      if (text.startsWith('reason:'))
+        reason = parseReason(text.slice('reason:'.length));
+      else if (why !== undefined)
+        end(explain(why, reason).text);
       else if (/^(fetched|webots):/.test(data)) // "webots": an older server has started it, which takes the project as well
         end('');
     };

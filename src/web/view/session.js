@@ -22,7 +22,7 @@
 
 import { webToSocket } from './address.js';
 import { Lease } from './lease.js';
-import { explain, isBusy, isFull } from './refusals.js';
+import { explain, parseReason } from './refusals.js';
 import { Simulator } from './simulator.js';
 import { say } from './texts.js';
 import { placeText, returningText } from './waiting.js';
@@ -49,6 +49,7 @@ export class Session extends EventTarget {
   #ready = false;
   #problem = '';
   #refusal = {}; // whether `#problem` was that no machine is free
+  #reason = null; // the server's, of the sentence that follows
   #hasLine = false; // the server tells the place in it, by `waiting:`
   #countdown = 0; // the timer of a return to the line
   #abort = new AbortController();
@@ -193,8 +194,11 @@ export class Session extends EventTarget {
     this.#timers.splice(0).forEach(clearTimeout);
     if (!response.ok)
       throw new Error(say('session.status', { server, status: response.status }));
-    if (answer.startsWith('Error:'))
-      throw refusal(answer.slice('Error:'.length));
+    if (answer.startsWith('Error:')) {
+      const code = response.headers.get('Webots-Reason');
+      const { text, ...refusal } = explain(answer.slice('Error:'.length), code && { code, values: {} });
+      throw Object.assign(new Error(text), refusal);
+    }
     if (!/^wss?:\/\/./.test(answer))
       throw new Error(say('session.noAddress', { server }));
     return answer.replace(/\/+$/, '');
@@ -238,7 +242,7 @@ export class Session extends EventTarget {
   // the seats of their class.
   #openingAt(machine) {
     const { opening, mode, request, server, world } = this.#target;
-    const start = { url: world, mode: mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true };
+    const start = { url: world, mode: mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true, reasons: true };
     if (!isSame(machine, webToSocket(server)))
       return opening ?? { start };
     const student = new URL(request).searchParams.get('class');
@@ -262,6 +266,7 @@ export class Session extends EventTarget {
     this.#tell('message', { from: 'server', text: message });
     const [, prefix, rest] = /^([a-zA-Z]+):\s?([^]*)/.exec(message) ?? [null, '', ''];
     switch (prefix) {
+      case 'reason': return void (this.#reason = parseReason(rest));
       case 'loading': case 'docker': return this.#load(rest.trim());
       case 'Error': case 'error': return this.#report(rest);
       case 'shutdownTimeout': return this.#planShutdown(Number(rest));
@@ -290,8 +295,8 @@ export class Session extends EventTarget {
   }
 
   #report(text) {
-    this.#problem = explain(text);
-    this.#refusal = { full: isFull(text), busy: isBusy(text) };
+    ({ text: this.#problem, ...this.#refusal } = explain(text, this.#reason));
+    this.#reason = null;
     this.#tell('problem', { text: this.#problem });
   }
 
@@ -481,8 +486,6 @@ function inOurWords(line) {
   }
   return line;
 }
-
-const refusal = (text) => Object.assign(new Error(explain(text)), { full: isFull(text), busy: isBusy(text) });
 
 // A percentage written in the line, or an estimate from what docker compose prints; null when there is none.
 export function percentOf(line) {

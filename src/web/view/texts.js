@@ -27,6 +27,9 @@ export async function loadTexts(wanted = globalThis.navigator?.languages ?? []) 
 // The language of say(): for the `lang` of elements, for numbers and for dates.
 export const textLanguage = () => language;
 
+// Whether there is such a text: servers may be newer than the page.
+export const knows = (key) => Object.hasOwn(texts, key);
+
 // A text without a translation would be read by nobody: tests look for these, here the key is shown.
 export function say(key, values = {}) {
   return (texts[key] ?? key).replace(/\{(\w+)\}/g, (_, name) => values[name] ?? '');

@@ -6,7 +6,7 @@ export function initMessage(target, origin, user, mode) {
   const elements = [origin.replace('://www.', '://'), target.project, target.file,
     identity(user.User1Id), user.User1Name, user.User1Authentication, identity(user.User2Id), user.User2Name, user.CustomData];
   const list = elements.map((element) => quoted(String(element ?? ''))).join(', ');
-  return `{ "init" : [ ${list} ]${mode === 'mjpeg' ? ', "mode" : "mjpeg"' : ''} }`;
+  return `{ "init" : [ ${list} ]${mode === 'mjpeg' ? ', "mode" : "mjpeg"' : ''}, "reasons" : true }`;
 }
 
 // 0 is documented as nobody, for whom servers expect nothing.
