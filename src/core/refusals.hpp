@@ -50,6 +50,7 @@ enum class Refused : std::uint8_t
     no_repository,
     no_commit,
     not_in_repository,
+    unusable_commit,
     unusable_repository,
     site_unreachable,
     site_fault,
@@ -67,12 +68,14 @@ enum class Refused : std::uint8_t
 
     // What is in it.
     project_too_large,
+    file_too_large,
     too_many_files,
     path_too_long,
     too_many_long_paths,
     folders_too_deep,
     forbidden_name,
     forbidden_folder,
+    impossible_folder,
     forbidden_entry,
     archive_bomb,
     unpacking_too_slow,

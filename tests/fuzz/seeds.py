@@ -83,7 +83,7 @@ def client_message():
     yield b'{"init":["http://[::1]","../x","../a.wbt"]}'
     yield b'{"reset controller":"c/c.py"}'
     yield b'{"init":[],"start":{"url":5}}'
-    yield b'{"start":{"url":"u","fetch_only":true,"heartbeat":true}}'
+    yield b'{"start":{"url":"u","fetch_only":true,"heartbeat":true,"reasons":true}}'
     yield b'[[[[[[{"start":"\\ud83d\\ude00\\u0000"}]]]]]]'
     yield b"1e999"
 

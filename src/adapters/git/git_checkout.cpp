@@ -4,6 +4,7 @@
 #include "adapters/files/remove_tree.hpp"
 #include "git_overlay.hpp"
 
+#include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 
@@ -25,7 +26,7 @@ result<FileDescriptor> make_folders(fs::path const& directory, std::string const
     if (!folder)
         return folder.error();
     if (!core::is_safe_file_name(name))
-        return Failure(errc::invalid_url, concat("\"", core::printable(name, 60), "\" can't be a folder."));
+        return core::refused(core::Refused::impossible_folder, {{"name", core::printable(name, 60)}});
     return make_folder(folder->get(), name.c_str());
 }
 

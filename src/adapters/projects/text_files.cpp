@@ -1,5 +1,6 @@
 #include "adapters/files/project_files.hpp"
 #include "adapters/threads/blocking_pool.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
@@ -16,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using adapters::FileDescriptor;
-using core::concat;
 
 constexpr std::uint64_t max_file_size = std::uint64_t{64} << 20;
 
@@ -46,7 +46,7 @@ result<std::optional<std::string>> read_text(fs::path const& root, std::string c
         !S_ISREG(status.st_mode))
         return std::optional<std::string>();
     if (static_cast<std::uint64_t>(status.st_size) > max_file_size)
-        return Failure(errc::too_large, concat(file, " of the project is larger than 64 MB."));
+        return core::refused(core::Refused::file_too_large, {{"file", file}});
     auto text = adapters::read_file(place->folder.get(), place->name.c_str(), max_file_size);
     if (!text)
         return text.error();

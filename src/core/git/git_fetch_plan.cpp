@@ -3,6 +3,7 @@
 // outcomes. git_fetch.cpp carries it out.
 #include "git_fetch_plan.hpp"
 
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 #include "git_history.hpp"
 
@@ -65,9 +66,10 @@ GitAction GitFetchPlan::fail(Failure const& failure)
 GitAction GitFetchPlan::fail_commit(errc code, std::string_view what)
 {
     constexpr std::size_t digits = 12;
-    return fail(
-        {code, concat("Commit ", to_hex(target_.commit).substr(0, digits), " of ", project_.owner, "/",
-                      project_.repository, " ", what, ": name a branch or tag, or have one made for it.")});
+    return fail(refused(make_error_code(code), Refused::unusable_commit,
+                        {{"commit", to_hex(target_.commit).substr(0, digits)},
+                         {"name", concat(project_.owner, "/", project_.repository)},
+                         {"what", what}}));
 }
 
 GitAction GitFetchPlan::next(GitOutcome const& outcome)
