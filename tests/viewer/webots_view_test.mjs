@@ -619,7 +619,7 @@ describe('What can go wrong', () => {
     cloud.hasLibrary = true;
     await open(PROJECT, '', null);
     await state('paused');
-    assert.match(cloud.leases[0], /"simple.wbt", "", "", "", "", "", "" \] }$/, 'without a mode, as ever');
+    assert.match(cloud.leases[0], /"simple.wbt", "", "", "", "", "", "" \], "reasons" : true }$/, 'without a mode, as ever');
     assert.match(cloud.controls[0], /^w3d\b/);
     await page.locator('canvas').waitFor();
     assert.deepEqual(await page.evaluate(() => globalThis.view.getControllers()), ['line']);
