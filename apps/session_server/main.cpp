@@ -26,8 +26,10 @@ int main(int argc, char** argv)
                        : "This server is not confined to the files that it needs: " +
                              confined.error().message() + ".");
     auto const reload = [&given = *arguments] { return read_config(given, parse_session_config); };
-    return run_daemon(program.name,
-                      [&settings = *config, &reload, &log](boost::asio::any_io_executor executor) {
-                          return serve_sessions(executor, settings, reload, *log);
-                      });
+    return run_daemon(
+        program.name,
+        [&settings = *config, &reload, &log](boost::asio::any_io_executor executor) {
+            return serve_sessions(executor, settings, reload, *log);
+        },
+        *log);
 }

@@ -22,8 +22,10 @@ int main(int argc, char** argv)
     if (!log)
         return exit_usage;
     auto const reload = [&given = *arguments] { return read_config(given, parse_simulation_config); };
-    return run_daemon(program.name, [&settings = *config, &given = *arguments, &reload,
-                                     &log](boost::asio::any_io_executor executor) {
-        return serve_simulations(executor, settings, reload, program_folder(), *log, given.config);
-    });
+    return run_daemon(
+        program.name,
+        [&settings = *config, &given = *arguments, &reload, &log](boost::asio::any_io_executor executor) {
+            return serve_simulations(executor, settings, reload, program_folder(), *log, given.config);
+        },
+        *log);
 }

@@ -7,6 +7,7 @@
 #include <boost/json.hpp>
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <stdexcept>
 
@@ -184,7 +185,42 @@ Configuration read(json::value const& value)
     return configuration;
 }
 
+int moved(int port, int distance)
+{
+    constexpr int last = std::numeric_limits<std::uint16_t>::max();
+    int const to = port + std::clamp(distance, -last, last);
+    return port > 0 && to > 0 && to <= last ? to : 0;
+}
+
+/// As in `ws://localhost:1999`.
+bool is_on_this_machine(std::string_view address)
+{
+    auto const host = address.substr(address.find("//") + 2);
+    return host.starts_with("localhost:") || host.starts_with("127.") || host.starts_with("[::1]:");
+}
+
 } // namespace
+
+result<> move_ports(Configuration& configuration, int distance)
+{
+    auto& session = configuration.session_server;
+    auto const refused =
+        Failure(errc::invalid_argument,
+                "A port can't be moved by " + std::to_string(distance) + ": ports end at 65535.");
+    int const own = moved(configuration.port, distance);
+    if (own == 0 && distance != 0)
+        return refused;
+    if (distance != 0)
+        configuration.port = static_cast<std::uint16_t>(own);
+    auto const colon = session.rfind(':');
+    if (distance == 0 || !is_on_this_machine(session) || session.find('/', colon) != std::string::npos)
+        return {};
+    int const theirs = moved(std::atoi(session.c_str() + colon + 1), distance);
+    if (theirs == 0)
+        return refused;
+    session.replace(colon + 1, std::string::npos, std::to_string(theirs));
+    return {};
+}
 
 result<Configuration> read_configuration(std::filesystem::path const& file)
 {

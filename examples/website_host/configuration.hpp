@@ -47,4 +47,8 @@ struct Configuration
 /// Errors: `invalid_config`, naming the file and what is wrong.
 webots_cloud::result<Configuration> read_configuration(std::filesystem::path const& file);
 
+/// Adds `distance` to our port, and to that of a session server on this machine.
+/// Errors: `invalid_argument`: one of them would be no port.
+webots_cloud::result<> move_ports(Configuration& configuration, int distance);
+
 } // namespace website_host

@@ -13,6 +13,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <iostream>
 #include <optional>
 
@@ -30,7 +31,7 @@ constexpr auto default_configuration = "config/website_host/local.json";
 constexpr std::size_t max_key_file = 4096;
 
 constexpr auto help =
-    "Usage: webots-website-host [--check-config] [CONFIGURATION]\n"
+    "Usage: webots-website-host [--check-config] [--move-ports=NUMBER] [CONFIGURATION]\n"
     "\n"
     "An example of a website that starts simulations: it serves a page with a simulation and an editor, and "
     "the\n"
@@ -39,8 +40,10 @@ constexpr auto help =
     "in\n"
     "the folder where this program is started. It ends on SIGTERM or SIGINT.\n"
     "\n"
-    "  --check-config  read the configuration, say what is wrong with it, and stop\n"
-    "  --help          show this\n";
+    "  --check-config       read the configuration, say what is wrong with it, and stop\n"
+    "  --move-ports=NUMBER  add this to \"port\", and to the port of \"sessionServer\" where that is on this "
+    "machine\n"
+    "  --help               show this\n";
 
 int complain(std::string const& sentence)
 {
@@ -112,7 +115,7 @@ int run(Configuration configuration, Page page, std::string key)
     asio::thread_pool disk(1);
     Website website(std::move(configuration), std::move(page), std::move(key), disk, *log);
     auto const body = [&](asio::any_io_executor executor) { return serve(executor, params, website, *log); };
-    int const status = webots_cloud::run_daemon(name, body);
+    int const status = webots_cloud::run_daemon(name, body, *log);
     disk.join();
     return status;
 }
@@ -121,7 +124,9 @@ int run(Configuration configuration, Page page, std::string key)
 
 int main(int argc, char** argv)
 {
+    constexpr std::string_view move_option = "--move-ports=";
     bool only_check = false;
+    int moved = 0;
     std::optional<fs::path> file;
     for (int i = 1; i < argc; ++i) {
         std::string_view const argument = argv[i];
@@ -131,6 +136,8 @@ int main(int argc, char** argv)
         }
         if (argument == "--check-config")
             only_check = true;
+        else if (argument.starts_with(move_option))
+            moved = std::atoi(argv[i] + move_option.size());
         else if (argument.starts_with('-') || file)
             return complain("\"" + std::string(argument) + "\" was not expected: --help shows what is.");
         else
@@ -139,6 +146,8 @@ int main(int argc, char** argv)
     auto configuration = read_configuration(file.value_or(default_configuration));
     if (!configuration)
         return complain(configuration.error().message());
+    if (auto const done = move_ports(*configuration, moved); !done)
+        return complain(done.error().message());
     auto page = Page::load(configuration->page_folder, configuration->modules_folder);
     if (!page)
         return complain(page.error().message());

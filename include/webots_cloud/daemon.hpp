@@ -67,6 +67,7 @@ struct Arguments
     bool doctor = false;                    ///< Look at everything that an operator can get wrong, and stop.
     bool json = false;                      ///< What `doctor` finds is for programs.
     std::string log_format;                 ///< `text` or `json`; empty: what the file says.
+    int moved_ports = 0;                    ///< Added to the ports of the file: see `move_ports`.
     std::optional<OperatorCommand> command; ///< Ask the server that runs with this configuration, and stop.
 };
 
@@ -107,6 +108,13 @@ result<std::string> read_config_file(std::filesystem::path const& path);
 std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout,
                                bool json);
 
+/// Adds `distance` to every port of a site that is on this machine: the server's own ones, and those at which
+/// a session server finds simulation servers of this machine. So one number moves a whole site.
+///
+/// Errors: `invalid_argument`: one of them would be no port.
+result<> move_ports(SessionConfig& config, int distance);
+result<> move_ports(SimulationConfig& config, int distance);
+
 /// Reads and parses a configuration; the command line has the last word.
 /// Errors: `invalid_config`.
 template<class Config>
@@ -120,6 +128,9 @@ result<Configured<Config>> read_config(Arguments const& arguments,
     auto configured = parse(*text, arguments.config);
     if (configured && !arguments.log_format.empty())
         configured->config.json_log = arguments.log_format == "json";
+    if (configured)
+        if (auto const moved = move_ports(configured->config, arguments.moved_ports); !moved)
+            return moved.error();
     return configured;
 }
 
@@ -183,13 +194,14 @@ void use_low_latency_scheduling() noexcept;
 result<> confine_session_server(SessionConfig config, std::filesystem::path const& config_file);
 
 /// Runs `body` on one thread, which answers promptly, until it ends, or until SIGTERM or SIGINT cancel it.
-/// From then on nobody but root can trace this process, and it leaves no core.
+/// From then on nobody but root can trace this process, and it leaves no core. `log` is told what ends it.
 ///
 /// Returns `exit_ok` when it was cancelled, and otherwise prints why it ended, after `name`, and returns
 /// `exit_try_again` for `unavailable`, `exit_usage` for `invalid_config` and `invalid_argument`, and
 /// `exit_failed` for everything else.
 int run_daemon(std::string const& name,
-               std::function<boost::asio::awaitable<result<>>(boost::asio::any_io_executor)> body);
+               std::function<boost::asio::awaitable<result<>>(boost::asio::any_io_executor)> body,
+               Logger log = Logger());
 
 /// The folder of the running program, for what is installed beside it.
 std::filesystem::path program_folder();

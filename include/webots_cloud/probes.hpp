@@ -6,7 +6,9 @@
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
+#include <webots_cloud/transport/http.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -37,8 +39,39 @@ result<> try_mail_server(SmtpParams params);
 /// Thread-safety: any thread.
 result<int> try_web_server(std::string const& url, Duration timeout);
 
-/// What a program prints, on both of its outputs, at most a megabyte; `command` begins with its path. It is
-/// killed after `limit`.
+/// A server of ours on this machine.
+struct OwnServer
+{
+    OwnServer() = default;
+
+    std::string address = "127.0.0.1"; ///< Numeric.
+    std::uint16_t port = 0;
+    bool tls = false; ///< Its certificate does not count: nobody is between us and this machine.
+};
+
+/// Its answer to `GET target`, whatever its status, in JSON where the server has that; at most a megabyte. It
+/// is asked as `localhost`.
+///
+/// Errors: `unreachable`, `timed_out`, `protocol_error`.
+/// Thread-safety: any thread.
+result<HttpResponse> ask_own_server(OwnServer const& server, std::string const& target, Duration limit);
+
+/// How a program has ended.
+struct ProgramEnd
+{
+    ProgramEnd() = default;
+
+    int status = 0;     ///< Its exit status; of one that a signal has ended: 128 and the number of that.
+    std::string output; ///< On both of its outputs, at most a megabyte.
+};
+
+/// Runs a program to its end; `command` begins with its path. It is killed after `limit`.
+///
+/// Errors: `start_failed`; `timed_out`.
+/// Thread-safety: any thread.
+result<ProgramEnd> run_program(std::vector<std::string> const& command, Duration limit);
+
+/// What such a program prints.
 ///
 /// Errors: `start_failed`, with what it printed, also where it exits with another status than 0; `timed_out`.
 /// Thread-safety: any thread.

@@ -1,4 +1,5 @@
 #include "core/config/key_documents.hpp"
+#include "core/config/moved_ports.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
 #include "options.hpp"
@@ -14,6 +15,7 @@
 #include <boost/program_options/variables_map.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <iostream>
 
 namespace webots_cloud {
@@ -160,6 +162,16 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
         std::cerr << program.name << ": --json is for --doctor.\n";
         return {std::nullopt, exit_usage};
     }
+    if (given.count("move-ports")) {
+        auto const& text = given["move-ports"].as<std::string>();
+        auto const [end, failed] =
+            std::from_chars(text.data(), text.data() + text.size(), arguments.moved_ports);
+        if (failed != std::errc() || end != text.data() + text.size()) {
+            std::cerr << program.name << ": --move-ports: expected a number, found \"" << terminal_text(text)
+                      << "\".\n";
+            return {std::nullopt, exit_usage};
+        }
+    }
     if (given.count("log-format"))
         arguments.log_format = given["log-format"].as<std::string>();
     if (!arguments.log_format.empty() && arguments.log_format != "text" && arguments.log_format != "json") {
@@ -194,6 +206,16 @@ std::string terminal_text(std::string_view sentence)
 {
     constexpr std::size_t max_sentence_length = 8192;
     return core::printable(sentence, max_sentence_length);
+}
+
+result<> move_ports(SessionConfig& config, int distance)
+{
+    return core::move_ports(config, distance);
+}
+
+result<> move_ports(SimulationConfig& config, int distance)
+{
+    return core::move_ports(config, distance);
 }
 
 result<std::string> read_config_file(fs::path const& path)

@@ -24,15 +24,37 @@ namespace {
 
 namespace asio = boost::asio;
 
-asio::awaitable<result<>> await_signal(asio::signal_set& signals)
+/// What the log is told of the end: the first cause of it, once.
+struct Ending
 {
-    (void)co_await signals.async_wait(asio::as_tuple(asio::use_awaitable));
+    Logger log;
+    bool is_told = false;
+};
+
+asio::awaitable<result<>> await_signal(asio::signal_set& signals, Ending& ending)
+{
+    auto const [cancelled, number] = co_await signals.async_wait(asio::as_tuple(asio::use_awaitable));
+    if (cancelled)
+        co_return Failure(cancelled);
+    ending.is_told = true;
+    ending.log.info(number == SIGTERM ? "Ending, as SIGTERM asks" : "Ending, as SIGINT asks");
     co_return result<>();
 }
 
-asio::awaitable<result<>> until_signal(asio::signal_set& signals, asio::awaitable<result<>> body)
+asio::awaitable<result<>> await_end(asio::awaitable<result<>> body, Ending& ending)
 {
-    auto either = async::first_of(std::move(body), await_signal(signals));
+    auto const outcome = co_await std::move(body);
+    if (!ending.is_told && outcome)
+        ending.log.info("Ending, since all is done");
+    if (!ending.is_told && !outcome)
+        ending.log.error("Ending: " + terminal_text(outcome.error().message()));
+    co_return outcome;
+}
+
+asio::awaitable<result<>> until_signal(asio::signal_set& signals, asio::awaitable<result<>> body, Logger log)
+{
+    Ending ending{std::move(log)};
+    auto either = async::first_of(await_end(std::move(body), ending), await_signal(signals, ending));
     co_return co_await std::move(either);
 }
 
@@ -98,7 +120,8 @@ int report_failure(std::string const& name, Failure const& why)
 
 } // namespace
 
-int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body)
+int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body,
+               Logger log)
 {
     ::prctl(PR_SET_DUMPABLE,
             0); // simulations run as our user: they must not trace us, or read our memory and descriptors
@@ -120,7 +143,7 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
             std::rethrow_exception(failure);
         status = outcome ? exit_ok : report_failure(name, outcome.error());
     };
-    asio::co_spawn(context, until_signal(signals, body(context.get_executor())), report);
+    asio::co_spawn(context, until_signal(signals, body(context.get_executor()), std::move(log)), report);
     context.run();
     return status;
 }

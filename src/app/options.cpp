@@ -63,6 +63,11 @@ std::vector<ProgramOption> options_of(Program const& program)
         option("json", "with --doctor: say it in JSON"),
         option("log-format", "how lines of the log are written, whatever the configuration says",
                "text|json"),
+        option(
+            "move-ports",
+            "add this to the ports of this machine that the configuration names: the server's own, and of a "
+            "session server those of simulation servers beside it",
+            "NUMBER"),
         option("schema", "show the JSON Schema of the configuration, for editors"),
         option("version", "show the version"),
     };

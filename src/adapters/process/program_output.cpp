@@ -51,7 +51,7 @@ bool read_until(std::chrono::steady_clock::time_point deadline, int pipe, std::s
 
 } // namespace
 
-result<std::string> program_output(std::vector<std::string> const& command, Duration limit)
+result<ProgramEnd> run_program(std::vector<std::string> const& command, Duration limit)
 {
     std::array<int, 2> ends{-1, -1};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0)
@@ -71,8 +71,8 @@ result<std::string> program_output(std::vector<std::string> const& command, Dura
         return Failure(errc::start_failed,
                        concat(command.front(), " can't be started: ", error_text(failure)));
     input_end = FileDescriptor();
-    std::string output;
-    bool const has_ended = read_until(std::chrono::steady_clock::now() + limit, output_end.get(), output);
+    ProgramEnd end;
+    bool const has_ended = read_until(std::chrono::steady_clock::now() + limit, output_end.get(), end.output);
     if (!has_ended)
         ::kill(process, SIGKILL);
     int status = 0;
@@ -80,9 +80,19 @@ result<std::string> program_output(std::vector<std::string> const& command, Dura
     }
     if (!has_ended)
         return Failure(errc::timed_out, concat(command.front(), " has not ended in time"));
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-        return Failure(errc::start_failed, core::printable(core::trim(output), 300));
-    return output;
+    constexpr int of_signals = 128; // as shells do
+    end.status = WIFEXITED(status) ? WEXITSTATUS(status) : of_signals + WTERMSIG(status);
+    return end;
+}
+
+result<std::string> program_output(std::vector<std::string> const& command, Duration limit)
+{
+    auto end = run_program(command, limit);
+    if (!end)
+        return end.error();
+    if (end->status != 0)
+        return Failure(errc::start_failed, core::printable(core::trim(end->output), 300));
+    return std::move(end->output);
 }
 
 } // namespace webots_cloud
