@@ -6,4 +6,5 @@ add_dependencies(site
     webots-simulation-server
     webots-process-guard
     webots-demo-simulator
+    webots-site
     webots-website-host)

@@ -294,7 +294,7 @@ constexpr std::array<RefusalRow, static_cast<std::size_t>(R::count)> table{{
     {R::too_many_wait, "too-fast", errc::unavailable, full,
      "Too many wait here from your network already. Please try again in a moment."},
     {R::page_says_too_much, "wrong-message", errc::refused, everywhere,
-     "This page says too much: please start again."},
+     "This page sends too much: please start again."},
     {R::fetch_at_relay, "wrong-message", errc::refused, everywhere,
      "A project can be fetched for later on a simulation server only."},
     {R::nothing_to_relay, "wrong-message", errc::refused, everywhere,

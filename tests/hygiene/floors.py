@@ -39,8 +39,10 @@ FLOORS = {
                      'dlfcn.h', 'grp.h', 'pwd.h', 'sched.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
     'src/app': ['webots_cloud/', 'src/core/', 'src/async/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
+    'src/site': ['webots_cloud/', 'src/core/', 'src/site/', 'src/app/environment.hpp', 'boost/asio/', 'boost/json/', 'sys/', 'unistd.h', 'fcntl.h', 'arpa/inet.h', 'ifaddrs.h',
+                 'net/if.h', 'netinet/'],
     'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
-    'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp'],
+    'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp', 'src/site/site.hpp'],
     'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
 }
 # Of what FLOORS allows.

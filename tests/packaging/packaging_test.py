@@ -76,10 +76,10 @@ class Install(PackagingTest):
         made = self.made_for("site")
         targets = run("ninja", "-C", self.build, "-t", "targets", "all")
         programs = re.findall(r"^bin/(webots-\S+):", targets, re.MULTILINE)
-        # The script starts some, the servers others: a program of ours that neither names is started by nobody.
-        code = run("cat", script, *(os.path.join(SOURCE, file) for file in files_below(SOURCE) if re.match(r"src/(app|core)/.*pp$", file)))
+        # The script and what it hands over to start some, the servers others: a program of ours that none of them names is started by nobody.
+        code = run("cat", script, *(os.path.join(SOURCE, file) for file in files_below(SOURCE) if re.match(r"src/(app|core|site)/.*pp$", file)))
         started = {name for name in programs if name in code}
-        self.assertLessEqual({"webots-session-server", "webots-website-host", "webots-process-guard"}, started)
+        self.assertLessEqual({"webots-session-server", "webots-website-host", "webots-process-guard", "webots-site"}, started)
         self.assertEqual(started - made, set())
 
     def test_what_is_installed_is_what_its_target_builds(self):

@@ -182,32 +182,104 @@ class Starting(ServerScriptTest):
         self.assertEqual(self.start("machine"), f"Started machine simulation server ({self.pid('simulation')})\n")
         self.assertFalse(os.path.exists(self.path("log/.session.pid")))
 
-    def test_a_site_for_the_network_names_the_addresses_for_its_other_machines(self):
+    def configure_lan(self):
         self.configure("lan", kinds=["session"], server="*", portRewrite=True,
                        simulationServers=[{"address": f"*/{self.ports['simulation']}", "internal": f"127.0.0.1:{self.ports['simulation']}"}],
                        teacherPasswordFile="log/.teacher-password")
         self.configure("lan", kinds=["simulation"], server="*", portRewrite=True, listenAddress="127.0.0.1")
-        self.write("bin/ip", "#!/bin/sh\necho '2: eth0    inet 192.168.7.5/24 brd 192.168.7.255 scope global eth0'\n"
-                             "echo '3: docker0    inet 172.17.0.1/16 brd 172.17.255.255 scope global docker0'\n")
-        os.chmod(self.path("bin/ip"), 0o755)
+
+    def read(self, name):
+        with open(self.path(name)) as file:
+            return file.read()
+
+    def fake(self, name, text):
+        self.write(f"bin/{name}", f"#!/bin/bash\n{text}\n")
+        os.chmod(self.path(f"bin/{name}"), 0o755)
+
+    @unittest.skipIf(os.geteuid() != 0 or not shutil.which("ip"), "only root can make networks, with ip (package iproute2)")
+    def test_a_site_for_the_network_names_the_addresses_for_its_other_machines(self):
+        self.configure_lan()
         port = self.ports["session"]
-        said = self.start("--lan").splitlines()[2:]
-        with open(self.path("log/.teacher-password")) as file:
-            password = file.read().strip()
+        ask = f"http://127.0.0.1:{port}/session"
+        network = ("unshare", "--net", "bash", "-ec", "ip link set lo up; ip address add 192.168.7.5/24 dev lo; ip address add 169.254.1.2/16 dev lo;"
+                   f"./server.sh \"$@\"; python3 -c 'import urllib.request as u; print(u.urlopen(\"{ask}\").read().decode())'", "bash")
+        status, output, errors = self.run_script("start", "--lan", command=network)
+        self.assertEqual((status, errors), (0, ""), output)
+        password = self.read("log/.teacher-password").strip()
         self.assertRegex(password, "^[a-hjkmnp-z]{4}-[a-hjkmnp-z]{4}-[a-hjkmnp-z]{4}$")
         self.assertEqual(os.stat(self.path("log/.teacher-password")).st_mode & 0o777, 0o600)
-        self.assertEqual(said, [
+        self.assertEqual(output.splitlines()[2:], [
             f"Open http://localhost:{port}/viewer/",
             f"From other machines of the network: http://192.168.7.5:{port}/viewer/",
             f"If they can't reach it, a firewall keeps them out: port {port} has to be open.",
             f"For a class: http://192.168.7.5:{port}/class/",
-            f"Password of teachers: {password} (in log/.teacher-password)"])
-        self.assertEqual(self.get("session", "/session"), f"ws://localhost:{port}/{self.ports['simulation']}")
-        self.write("bin/ip", "#!/bin/sh\n")
-        said = self.start("lan")
+            f"Password of teachers: {password} (in log/.teacher-password)",
+            f"ws://127.0.0.1:{port}/{self.ports['simulation']}"])
+        status, said, _ = self.run_script("start", "lan", command=("unshare", "--net", "./server.sh"))
+        self.assertEqual(status, 0)
         self.assertIn("This machine is in no network: others can't reach it.", said)
         self.assertTrue(said.endswith(f"For a class: http://localhost:{port}/class/\n"
                                       f"Password of teachers: {password} (in log/.teacher-password)\n"), said)
+
+    def test_neither_ip_nor_awk_nor_getconf_are_needed(self):
+        for name in ("ip", "awk", "getconf", "hostname", "setsid", "timeout", "ps"):
+            self.fake(name, "exit 127")
+        self.configure_lan()
+        output = self.start("--lan")
+        self.assertRegex(output, "From other machines of the network: http://|This machine is in no network: others")
+        status, output, errors = self.run_script("status")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertRegex(output, r"The session server runs since \d{4}-\d\d-\d\d \d\d:\d\d:\d\d ")
+        self.assertEqual(self.run_script("stop")[::2], (0, ""))
+
+    # As `./server.sh start | head -1`, and from programs that give it no outputs.
+    def test_a_start_that_nobody_listens_to_is_complete_even_so(self):
+        self.build_says(*[f"[{step}/4] Building CXX object {step}.o" for step in range(5)])
+        for closing in (">&-", ">&- 2>&-", "| head -n 1", "2>&1 | true"):
+            status, output, errors = self.run_script("start", command=("bash", "-c", f'set -o pipefail; ./server.sh "$@" {closing}', "bash"))
+            self.assertEqual((status, errors), (0, ""), closing + output)
+            self.assertTrue(is_running(self.pid("session")) and is_running(self.pid("simulation")), closing)
+            self.assertIn("<html", self.get("session", "/viewer/"))
+            self.assertEqual(self.run_script("stop")[0], 0)
+
+    def test_a_start_asks_its_servers_so_that_they_have_nothing_to_complain_of(self):
+        sites = {"local": self.start}
+        if shutil.which("openssl"):
+            self.configure_tls_site()
+            sites["tls"] = lambda: self.start("tls")
+        for name, start in sites.items():
+            start()
+            self.assertEqual(self.run_script("status")[0], 0)
+            self.assertEqual(self.run_script("stop")[0], 0)
+            for kind in ("session", "simulation"):
+                log = self.read(f"log/{kind}/output.log")
+                self.assertNotRegex(log, r"(?i)handshake|request.*(127\.0\.0\.1|::1)", f"{name} {kind}")
+                self.assertIn("Ending, as SIGTERM asks", log)
+
+    def configure_neighbours(self):
+        """Both servers at ports beside each other, as those that ship. Returns a port to which they can be moved."""
+        base = free_port(following=102)
+        self.ports = {"session": base, "simulation": base + 1}
+        self.configure("local")
+        return free_port(following=102)
+
+    def test_one_option_moves_a_site_to_other_ports(self):
+        port = self.configure_neighbours()
+        status, output, errors = self.run_script("start", "--port", str(port))
+        self.assertEqual((status, errors), (0, ""), output)
+        self.assertIn(f"Open http://localhost:{port}/viewer/\n", output)
+        before = self.ports["session"]
+        self.ports = {"session": port, "simulation": port + 1}
+        self.assertEqual(self.get("session", "/session"), f"ws://localhost:{port + 1}")
+        self.assertGreaterEqual(float(self.get("simulation", "/load")), 0)
+        status, output, _ = self.run_script("status")
+        self.assertIn(f"  configuration  config/session/local.json, its ports moved by {port - before}\n"
+                      f"  address        http://localhost:{port}/\n", output)
+        self.assertIn(f"Open http://localhost:{port}/viewer/\n", self.start())  # it stays where it is
+        status, _, errors = self.run_script("start", "--port", str(before))
+        self.assertEqual(status, 1)
+        self.assertIn(f"runs with config/simulation/local.json on port {port + 1}: stop it first, or use restart.", errors)
+        self.assertIn(f"Open http://localhost:{before}/viewer/\n", self.run_script("restart", "--port", str(before))[1])
 
     def test_the_address_behind_a_proxy_is_the_public_one(self):
         self.configure("public", kinds=["session"], ssl=True, portRewrite=True, server="sim.example.org")
@@ -331,10 +403,59 @@ class Refusing(ServerScriptTest):
         self.assertIn("config/session/nowhere.json", errors)
 
     def test_a_port_in_use_is_named(self):
-        with socket.create_server(("127.0.0.1", self.ports["session"])):
+        for kind in ("session", "simulation"):
+            with socket.create_server(("127.0.0.1", self.ports[kind])):
+                status, output, errors = self.run_script("start")
+            self.assertEqual((status, output), (1, ""))  # nothing has been started
+            with open("/proc/self/cmdline") as words:
+                program = os.path.basename(words.read().partition("\0")[0])
+            self.assertIn(f"Port {self.ports[kind]} is in use by another program, {program} ({os.getpid()}): local {kind} server not started. ",
+                          errors)
+            self.assertIn('End it; or move the whole site with ./server.sh start --port ', errors)
+            self.assertIn(f'or change "port" in config/{kind}/local.json', errors)
+            self.assertEqual(' and "simulationServers" in config/session/local.json.' in errors, kind == "simulation", errors)
+            self.assertEqual(self.run_script("status")[0], 3)
+
+    def test_a_port_in_use_anywhere_is_noticed(self):
+        with socket.socket(socket.AF_INET6) as other:
+            try:
+                other.bind(("::1", self.ports["session"]))
+            except OSError:
+                self.skipTest("this machine has no IPv6")
+            other.listen()
             status, _, errors = self.run_script("start")
         self.assertEqual(status, 1)
-        self.assertIn(f"Port {self.ports['session']} is in use by another program", errors)
+        self.assertIn(f"Port {self.ports['session']} is in use", errors)
+
+    def test_a_site_of_another_checkout_is_told_with_the_command_that_stops_it(self):
+        other = self.path("other checkout")
+        shutil.copytree(self.folder, other, symlinks=True, ignore=lambda folder, names: [os.path.basename(other), "log", "tmp"])
+        self.start()
+        status, output, errors = self.run_script("start", command=(os.path.join(other, "server.sh"),))
+        self.assertEqual((status, output), (1, ""))
+        self.assertIn(f"Port {self.ports['simulation']} is in use by a simulation server of {self.folder} ({self.pid('simulation')}): "
+                      f"local simulation server not started. Stop it with {self.folder}/server.sh stop; or move ", errors)
+        for verb, expected in (("stop", 0), ("status", 3)):  # nothing of it is touched
+            self.assertEqual(self.run_script(verb, command=(os.path.join(other, "server.sh"),)), (expected, "No server is running\n", ""))
+        self.assertTrue(is_running(self.pid("session")) and is_running(self.pid("simulation")))
+
+    def test_a_start_that_fails_leaves_nothing_half_started(self):
+        self.configure("local", kinds=("session",), logDir="/proc/nowhere")
+        status, output, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        pid = re.fullmatch(r"Started local simulation server \((\d+)\)\n", output)[1]
+        self.assertTrue(errors.endswith(f"Stopped the simulation server ({pid}) again, which this start had started.\n"), errors)
+        self.assertFalse(is_running(pid))
+        self.assertEqual(self.run_script("status")[0], 3)
+
+    def test_a_start_that_fails_leaves_those_that_ran_before(self):
+        os.rename(self.path("config/session/local.json"), self.path("tmp/local.json"))
+        self.start()
+        self.configure("local", kinds=("session",), logDir="/proc/nowhere")
+        status, _, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        self.assertNotIn("Stopped", errors)
+        self.assertTrue(is_running(self.pid("simulation")))
 
     def test_a_bad_configuration_is_told_before_anything_is_started(self):
         self.write("config/session/local.json", "{ nonsense")
@@ -359,10 +480,11 @@ class Refusing(ServerScriptTest):
         self.assertRegex(errors, r"runs with config/simulation/local\.json")
 
     def test_wrong_arguments_print_the_usage(self):
-        for arguments in ([], ["begin"], ["start", "local", "more"], ["install", "more"], ["package", "local"]):
+        for arguments in ([], ["begin"], ["start", "local", "more"], ["install", "more"], ["package", "local"],
+                          ["start", "../local"], ["stop", "--port", "3000"], ["start", "--port"]):
             status, output, errors = self.run_script(*arguments)
             self.assertEqual((status, output), (2, ""))
-            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart|status [NAME|--lan]"))
+            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart|status [NAME|--lan]"), arguments)
 
 
 class Status(ServerScriptTest):
@@ -475,6 +597,20 @@ class Stopping(ServerScriptTest):
         self.assertIn("Started local session server", self.start())
         self.assertIsNone(stranger.poll())
 
+    def test_servers_are_known_without_the_folder_of_logs(self):
+        self.start()
+        pids = {kind: self.pid(kind) for kind in ("session", "simulation")}
+        shutil.rmtree(self.path("log"))
+        status, output, errors = self.run_script("status")
+        self.assertEqual((status, errors), (0, ""))
+        for kind, pid in pids.items():
+            self.assertRegex(output, rf"The {kind} server runs since .* \({pid}\)\n")
+            self.assertIn(f"The local {kind} server is already running ({pid})\n", self.start())
+        shutil.rmtree(self.path("log"))
+        status, output, errors = self.run_script("stop")
+        self.assertEqual((status, output, errors), (0, "".join(f"Stopped {kind} server ({pid})\n" for kind, pid in pids.items()), ""))
+        self.assertEqual([is_running(pid) for pid in pids.values()], [False, False])
+
     def test_stale_and_broken_pid_files_count_as_none(self):
         for content in ("", "nonsense", "-1", "4194304000"):
             self.write("log/.simulation.pid", content)
@@ -549,7 +685,7 @@ class Places(ServerScriptTest):
 def main():
     global SCRIPT, PROGRAMS
     SCRIPT, PROGRAMS = (os.path.abspath(argument) for argument in sys.argv[1:3])
-    missing = [name for name in ("bash", "flock", "setsid") if not shutil.which(name)]
+    missing = [name for name in ("bash", "flock") if not shutil.which(name)]
     if missing:
         print(f"skipped: {', '.join(missing)} not installed")
         return 77

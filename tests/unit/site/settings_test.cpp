@@ -1,0 +1,104 @@
+#include "site/settings.hpp"
+
+#include "site/answers.hpp"
+#include "site/credentials.hpp"
+#include "site/network.hpp"
+#include "unit_test.hpp"
+
+#include <string>
+
+namespace webots_cloud::site {
+BOOST_AUTO_TEST_SUITE(site_settings)
+
+namespace {
+
+Settings session_settings(std::string const& more, int moved = 0)
+{
+    auto const text = R"({"port": 1999, "simulationServers": ["localhost:2000"], )" + more + "}";
+    return parse_settings(Kind::session, "config/session/x.json", text, moved).value();
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(the_address_is_the_one_that_browsers_use)
+{
+    BOOST_TEST(
+        site_address(session_settings(R"("ssl": false, "portRewrite": false, "server": "localhost")")) ==
+        "http://localhost:1999/");
+    BOOST_TEST(
+        site_address(session_settings(R"("ssl": true, "portRewrite": true, "server": "sim.example.org")")) ==
+        "https://sim.example.org/1999/");
+    auto settings = session_settings(R"("ssl": true, "portRewrite": false, "server": "sim.example.org")");
+    settings.address.port = 443;
+    BOOST_TEST(site_address(settings) == "https://sim.example.org/");
+}
+
+BOOST_AUTO_TEST_CASE(a_site_without_a_name_has_that_of_whoever_asks)
+{
+    auto const settings = session_settings(R"("ssl": false, "portRewrite": true, "server": "*")");
+    BOOST_TEST(site_address(settings) == "http://localhost:1999/");
+    BOOST_TEST(site_address(settings, "192.168.7.5") == "http://192.168.7.5:1999/");
+}
+
+BOOST_AUTO_TEST_CASE(a_site_is_asked_where_it_listens)
+{
+    BOOST_TEST(own_address("::") == "127.0.0.1");
+    BOOST_TEST(own_address("0.0.0.0") == "127.0.0.1");
+    BOOST_TEST(own_address("192.168.7.5") == "192.168.7.5");
+}
+
+BOOST_AUTO_TEST_CASE(all_ports_move_together)
+{
+    auto const settings = session_settings(R"("ssl": false, "server": "localhost")", 1001);
+    BOOST_TEST((ports_of(settings) == std::vector<std::uint16_t>{3000}));
+    auto const website = parse_settings(Kind::website_host, "w.json", R"({"port": 1998})", 1001);
+    BOOST_TEST(site_address(website.value()) == "http://localhost:2999/");
+    BOOST_TEST(!parse_settings(Kind::website_host, "w.json", R"({"port": 1998})", 64'000));
+    BOOST_TEST(!parse_settings(Kind::simulation, "s.json", R"({"port": 2000})", 64'000));
+}
+
+BOOST_AUTO_TEST_CASE(only_names_get_a_certificate_and_only_files_of_this_folder_are_made)
+{
+    BOOST_TEST(certificate_name("localhost:8443").value() == "localhost");
+    BOOST_TEST(!certificate_name("*"));
+    BOOST_TEST(!certificate_name("a,DNS:b"));
+    BOOST_TEST(!certificate_name("a:b"));
+    BOOST_TEST(are_ours("tls/certificate.pem", "tls/key.pem"));
+    BOOST_TEST(!are_ours("/etc/letsencrypt/a.pem", "tls/key.pem"));
+    BOOST_TEST(!are_ours("tls/certificate.pem", "../key.pem"));
+    BOOST_TEST(!are_ours("", ""));
+}
+
+BOOST_AUTO_TEST_CASE(a_password_has_letters_that_nobody_mistakes)
+{
+    BOOST_TEST(password_from(std::string("\0\1\2\3\4\5\6\7\x08\x09\x0a\x0b", 12)).value() ==
+               "abcd-efgh-jkmn");
+    BOOST_TEST(!password_from("too few"));
+    BOOST_TEST(!password_from(std::string(100, '\xff'))); // would make some letters likelier than others
+}
+
+BOOST_AUTO_TEST_CASE(only_addresses_that_others_reach_are_told)
+{
+    std::vector<InterfaceAddress> const all{{"lo", "127.0.0.1"},        {"eth0", "192.168.7.5"},
+                                            {"docker0", "172.17.0.1"},  {"br-12ab", "172.18.0.1"},
+                                            {"wlan0", "169.254.17.3"},  {"wlan0", "10.1.2.3"},
+                                            {"virbr0", "192.168.122.1"}};
+    BOOST_TEST((shared_addresses(all) == std::vector<std::string>{"192.168.7.5", "10.1.2.3"}));
+}
+
+BOOST_AUTO_TEST_CASE(what_servers_answer_is_told_in_lines)
+{
+    BOOST_TEST(seats_line(R"({"load": 1.5, "sessions": 3, "capacity": 100})").value() ==
+               "seats          3 of 100 taken");
+    BOOST_TEST(!seats_line("42.75"));
+    auto const lines = visitor_lines(
+        R"({"stateText": "A machine is free.", "servers": [{"address": "a:1", "load": 1},
+            {"address": "b:2", "refusal": "no \"display\""}]})");
+    BOOST_TEST((lines == std::vector<std::string>{"visitors       A machine is free.",
+                                                  "b:2 refused its last start: no \"display\""}));
+    BOOST_TEST(visitor_lines("This monitor has a password.").empty());
+}
+
+BOOST_AUTO_TEST_SUITE_END()
+
+} // namespace webots_cloud::site
