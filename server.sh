@@ -90,6 +90,9 @@ prepare()
 # One of us at a time builds. Holds until we end.
 lock()
 {
+    local refused='["#*;<>?[\|]|]' # CMake's own modules fail with these
+    [[ ! $PWD =~ $refused ]] ||
+        fail "Nothing can be built in a folder with ${BASH_REMATCH[0]} in its path: CMake does not take that. Rename or move $PWD."
     mkdir -p build/release 2>/dev/null && [[ -w build/release ]] || fail "Nothing can be built in $PWD/build: may $(id -un) write there?"
     exec {lock}<build/release
     flock "$lock"

@@ -36,6 +36,16 @@ class AnyFolder(unittest.TestCase):
                 open(os.path.join(self.folder, "src/web/viewer/index.html"), "rb") as page:
             self.assertIn(page.read(), file.read())
 
+    def test_the_script_names_what_cmake_does_not_take(self):
+        for refused in REFUSED:
+            folder = os.path.join(os.path.dirname(self.folder), f"a{refused}b")
+            for part in ("config", "cmake/packages"):
+                shutil.copytree(os.path.join(SOURCE, part), os.path.join(folder, part))
+            shutil.copy(os.path.join(SOURCE, "server.sh"), folder)
+            done = subprocess.run(["./server.sh", "start"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            self.assertEqual((done.returncode, done.stdout.splitlines()),
+                             (1, [f"Nothing can be built in a folder with {refused} in its path: CMake does not take that. Rename or move {folder}."]))
+
 
 if __name__ == "__main__":
     unittest.main()
