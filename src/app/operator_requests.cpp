@@ -3,7 +3,6 @@
 #include "core/text.hpp"
 #include "environment.hpp"
 
-#include <webots_cloud/adapters/operator.hpp>
 #include <webots_cloud/daemon.hpp>
 
 #include <sys/stat.h>
@@ -68,6 +67,17 @@ fs::path find_operator_socket(std::string_view kind, std::uint16_t port, AccessC
         if (auto const of_service = fs::path(folder) / kind / path.filename(); has_socket(of_service))
             return of_service;
     return path;
+}
+
+std::unique_ptr<OperatorSocket> open_operator_socket(boost::asio::any_io_executor const& executor,
+                                                     std::string_view kind, std::uint16_t port,
+                                                     AccessConfig const& access, std::string_view missing,
+                                                     Logger const& log)
+{
+    auto socket = make_operator_socket(executor, operator_socket(kind, port, access), log);
+    if (auto const listening = socket->listen(); !listening)
+        log.warning(concat("No ", missing, ": ", listening.error().message()));
+    return socket;
 }
 
 AccessParams access_params(std::string const& server, AccessConfig const& access)

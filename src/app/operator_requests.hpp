@@ -2,10 +2,16 @@
 #pragma once
 
 #include <webots_cloud/access_control.hpp>
+#include <webots_cloud/adapters/operator.hpp>
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/logger.hpp>
 
+#include <boost/asio/any_io_executor.hpp>
+
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +27,13 @@ std::filesystem::path operator_socket(std::string_view kind, std::uint16_t port,
 /// have the service's environment.
 std::filesystem::path find_operator_socket(std::string_view kind, std::uint16_t port,
                                            AccessConfig const& access);
+
+/// The operator's socket, which listens. Without it the server runs all the same: `missing`, which the log
+/// says then, as in "--drain".
+std::unique_ptr<OperatorSocket> open_operator_socket(boost::asio::any_io_executor const& executor,
+                                                     std::string_view kind, std::uint16_t port,
+                                                     AccessConfig const& access, std::string_view missing,
+                                                     Logger const& log);
 
 /// What the configuration says of access, for a server called `server`.
 AccessParams access_params(std::string const& server, AccessConfig const& access);

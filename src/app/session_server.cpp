@@ -22,7 +22,6 @@
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/adapters/mail.hpp>
 #include <webots_cloud/adapters/names.hpp>
-#include <webots_cloud/adapters/operator.hpp>
 #include <webots_cloud/adapters/secrets.hpp>
 #include <webots_cloud/fleet.hpp>
 #include <webots_cloud/load_monitor.hpp>
@@ -200,6 +199,66 @@ result<MachineDiscoveryHooks> discovery_hooks(SessionConfig const& config, LoadM
     return hooks;
 }
 
+HttpServerParams server_params(SessionConfig const& config)
+{
+    auto params = http_server_params(config.address.port, config.network);
+    params.tls_authorities = config.ca_file;
+    params.spare_descriptors += discovery_params(config).max_announced;
+    return params;
+}
+
+/// Those that need nothing of the service.   Errors: as `app::ticket_maker`.
+result<SessionServiceHooks> service_hooks(SessionConfig const& config, MachineDiscovery& discovery,
+                                          AdministratorMail& administrator, Clock& clock)
+{
+    auto tickets = app::ticket_maker(config, clock);
+    if (!tickets)
+        return tickets.error();
+    SessionServiceHooks hooks;
+    if (config.announcements)
+        hooks.take_announcement = [&discovery](IncomingRequest const& request) {
+            return discovery.take_announcement(request);
+        };
+    hooks.make_ticket = std::move(*tickets);
+    hooks.random_bytes = random_bytes;
+    hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
+    return hooks;
+}
+
+/// The parts that take another configuration while the server runs.
+struct Site
+{
+    /// Errors: those of the parts; some may have taken it by then.
+    result<> obey(SessionConfig const& next) const
+    {
+        auto const token_check = app::operator_token_check(next.access);
+        if (!token_check)
+            return token_check.error();
+        auto service_params = session_service_params(next);
+        if (!service_params)
+            return service_params.error();
+        if (auto const usable = administrator.obey(next); !usable)
+            return usable;
+        if (auto const usable = monitor.apply(load_monitor_params(next)); !usable)
+            return usable;
+        if (auto const usable = scheduler.apply(scheduler_params(next)); !usable)
+            return usable;
+        discovery.apply(discovery_params(next));
+        fleet.set(discovery.servers());
+        service.apply(std::move(*service_params));
+        access.apply(session_access_params(next), *token_check);
+        return {};
+    }
+
+    AdministratorMail& administrator;
+    LoadMonitor& monitor;
+    Scheduler& scheduler;
+    MachineDiscovery& discovery;
+    Fleet& fleet;
+    SessionService& service;
+    AccessControl& access;
+};
+
 } // namespace
 
 asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, SessionConfig config,
@@ -225,30 +284,19 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;
-    auto server_params = http_server_params(config.address.port, config.network);
-    server_params.tls_authorities = config.ca_file;
-    server_params.spare_descriptors += discovery_params(config).max_announced;
-    auto const server = make_http_server(executor, std::move(server_params), log);
-    auto const tickets = app::ticket_maker(config, *clock);
-    if (!tickets)
-        co_return tickets.error();
+    auto const server = make_http_server(executor, server_params(config), log);
     auto const names = make_name_service(executor, config.name_servers);
     auto discovery_calls = discovery_hooks(config, monitor);
     if (!discovery_calls)
         co_return discovery_calls.error();
     discovery_calls->changed = [&fleet](std::vector<ServerChange> const& changes) { fleet.change(changes); };
     MachineDiscovery discovery(discovery_params(config), *names, *clock, log, std::move(*discovery_calls));
-    SessionServiceHooks hooks;
-    if (config.announcements)
-        hooks.take_announcement = [&discovery](IncomingRequest const& request) {
-            return discovery.take_announcement(request);
-        };
-    hooks.make_ticket = *tickets;
-    hooks.random_bytes = random_bytes;
-    hooks.websockets = websockets.get();
-    hooks.sign_waiting_ticket = *sign;
-    hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
-    hooks.more_metrics = [&server, &administrator] {
+    auto hooks = service_hooks(config, discovery, administrator, *clock);
+    if (!hooks)
+        co_return hooks.error();
+    hooks->websockets = websockets.get();
+    hooks->sign_waiting_ticket = *sign;
+    hooks->more_metrics = [&server, &administrator] {
         return app::http_server_metrics(server->statistics()) +
                app::mail_metrics(administrator.mail.statistics());
     };
@@ -256,7 +304,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!service_params)
         co_return service_params.error();
     SessionService service(std::move(*service_params), fleet, monitor, scheduler, *clock, log,
-                           std::move(hooks));
+                           std::move(*hooks));
 
     auto token_check = app::operator_token_check(config.access);
     if (!token_check)
@@ -271,34 +319,19 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (auto const listening = redirect.listen(); !listening)
         co_return listening.error();
     log.info(core::concat("Session server running on port ", std::to_string(config.address.port)));
-    auto const socket_path = app::operator_socket("session", config.address.port, config.access);
-    auto const operators = make_operator_socket(executor, socket_path, log);
-    if (auto const listening = operators->listen(); !listening)
-        log.warning(core::concat("No --decisions: ", listening.error().message()));
+    auto const operators = app::open_operator_socket(executor, "session", config.address.port, config.access,
+                                                     "--decisions", log);
+    Site const site{administrator, monitor, scheduler, discovery, fleet, service, access};
     auto examined = config;
     app::DoctorEndpoint::Look const look = [&examined, &doctor, &executor] {
         return app::examine_session_server(examined, app::view_from_inside(doctor.instance()), executor);
     };
     app::Apply<SessionConfig> const apply = [&](SessionConfig const& next,
                                                 SessionConfig const& file) -> result<> {
-        auto const next_token_check = app::operator_token_check(next.access);
-        if (!next_token_check)
-            return next_token_check.error();
-        auto next_service_params = session_service_params(next);
-        if (!next_service_params)
-            return next_service_params.error();
-        if (auto const usable = administrator.obey(next); !usable)
-            return usable;
-        if (auto const usable = monitor.apply(load_monitor_params(next)); !usable)
-            return usable;
-        if (auto const usable = scheduler.apply(scheduler_params(next)); !usable)
-            return usable;
-        discovery.apply(discovery_params(next));
-        examined = file;
-        fleet.set(discovery.servers());
-        service.apply(std::move(*next_service_params));
-        access.apply(session_access_params(next), *next_token_check);
-        return {};
+        auto obeyed = site.obey(next);
+        if (obeyed)
+            examined = file;
+        return obeyed;
     };
     auto const manager = make_service_manager();
     auto parts = async::first_of(server->run(access), redirect.run(), operators->run(access),

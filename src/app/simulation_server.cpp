@@ -28,7 +28,6 @@
 #include <webots_cloud/adapters/http_client.hpp>
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/adapters/logs.hpp>
-#include <webots_cloud/adapters/operator.hpp>
 #include <webots_cloud/adapters/secrets.hpp>
 #include <webots_cloud/announcing.hpp>
 #include <webots_cloud/registration.hpp>
@@ -166,17 +165,6 @@ result<SimulationServiceHooks> service_hooks(asio::any_io_executor const& execut
     return hooks;
 }
 
-/// Without it the server runs all the same.
-std::unique_ptr<OperatorSocket> open_operator_socket(asio::any_io_executor const& executor,
-                                                     SimulationConfig const& config, Logger const& log)
-{
-    auto const path = app::operator_socket("simulation", config.address.port, config.access);
-    auto socket = make_operator_socket(executor, path, log);
-    if (auto const listening = socket->listen(); !listening)
-        log.warning(concat("No --drain, only SIGUSR1: ", listening.error().message()));
-    return socket;
-}
-
 /// The same as `AccessControl` was made with, and the repositories and limits of the service.
 /// Errors: as `app::operator_token_check`; then nothing has changed.
 result<> obey(SimulationConfig const& next, SimulationWalls const& walls, AccessControl& access,
@@ -251,7 +239,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (auto const listening = redirect.listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.address.port)));
-    auto const operators = open_operator_socket(executor, config, log);
+    auto const operators = app::open_operator_socket(executor, "simulation", config.address.port,
+                                                     config.access, "--drain, only SIGUSR1", log);
 
     auto const http = make_http_client(executor, config.ca_file, log);
     Registration registration(registration_params(config), *http, *clock, log);
