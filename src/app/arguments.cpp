@@ -93,10 +93,7 @@ int print_key(Program const& program, std::string_view name)
     return is_known ? exit_ok : exit_usage;
 }
 
-} // namespace
-
-std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv,
-                                                         Program const& program)
+options::options_description described(Program const& program)
 {
     options::options_description shown("Options");
     for (auto const& option : app::options_of(program)) {
@@ -107,6 +104,48 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
             shown.add_options()(name.c_str(), options::value<std::string>()->value_name(option.value),
                                 option.summary.c_str());
     }
+    return shown;
+}
+
+/// What is printed in the place of a server's work.
+/// Returns: the exit status; nothing: no text was asked for.
+std::optional<int> print_asked(Program const& program, options::variables_map const& given,
+                               options::options_description const& shown)
+{
+    if (given.count("help") && is_key_asked(given))
+        return print_key(program, given["config"].as<std::vector<std::string>>().front());
+    if (given.count("schema"))
+        std::cout << core::json_schema(program.kind, topics_of(program));
+    else if (given.count("help"))
+        std::cout << "Usage: " << program.name << " [OPTION...] [CONFIG.json]\n\n"
+                  << program.summary << "\n\nWithout CONFIG.json it reads " << program.default_config.string()
+                  << ", or else /etc/webots-cloud/" << program.kind << ".json.\n\n"
+                  << shown << "\nSignals:\n"
+                  << table(app::signals_of(program)) << "\nExit statuses:\n"
+                  << table(app::exit_statuses());
+    else if (given.count("version"))
+        std::cout << program.name << " " << version() << "\n";
+    else
+        return std::nullopt;
+    return exit_ok;
+}
+
+/// The number that the ports are moved by; nothing: it is no number.
+std::optional<int> moved_ports(std::string const& text)
+{
+    int moved = 0;
+    auto const [end, failed] = std::from_chars(text.data(), text.data() + text.size(), moved);
+    if (failed != std::errc() || end != text.data() + text.size())
+        return std::nullopt;
+    return moved;
+}
+
+} // namespace
+
+std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv,
+                                                         Program const& program)
+{
+    auto const shown = described(program);
     options::options_description all;
     all.add(shown).add_options()("config", options::value<std::vector<std::string>>());
     options::positional_options_description positions;
@@ -121,25 +160,8 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
                   << " --help.\n";
         return {std::nullopt, exit_usage};
     }
-    if (given.count("help") && is_key_asked(given))
-        return {std::nullopt, print_key(program, given["config"].as<std::vector<std::string>>().front())};
-    if (given.count("schema")) {
-        std::cout << core::json_schema(program.kind, topics_of(program));
-        return {std::nullopt, exit_ok};
-    }
-    if (given.count("help")) {
-        std::cout << "Usage: " << program.name << " [OPTION...] [CONFIG.json]\n\n"
-                  << program.summary << "\n\nWithout CONFIG.json it reads " << program.default_config.string()
-                  << ", or else /etc/webots-cloud/" << program.kind << ".json.\n\n"
-                  << shown << "\nSignals:\n"
-                  << table(app::signals_of(program)) << "\nExit statuses:\n"
-                  << table(app::exit_statuses());
-        return {std::nullopt, exit_ok};
-    }
-    if (given.count("version")) {
-        std::cout << program.name << " " << version() << "\n";
-        return {std::nullopt, exit_ok};
-    }
+    if (auto const printed = print_asked(program, given, shown))
+        return {std::nullopt, *printed};
     auto const configs =
         given.count("config") ? given["config"].as<std::vector<std::string>>() : std::vector<std::string>();
     if (configs.size() > 1) {
@@ -164,13 +186,13 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     }
     if (given.count("move-ports")) {
         auto const& text = given["move-ports"].as<std::string>();
-        auto const [end, failed] =
-            std::from_chars(text.data(), text.data() + text.size(), arguments.moved_ports);
-        if (failed != std::errc() || end != text.data() + text.size()) {
+        auto const moved = moved_ports(text);
+        if (!moved) {
             std::cerr << program.name << ": --move-ports: expected a number, found \"" << terminal_text(text)
                       << "\".\n";
             return {std::nullopt, exit_usage};
         }
+        arguments.moved_ports = *moved;
     }
     if (given.count("log-format"))
         arguments.log_format = given["log-format"].as<std::string>();

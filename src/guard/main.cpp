@@ -652,41 +652,33 @@ int probe(Program const& program)
     return 0;
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+/// Of the options with which the guard does one thing only, and not yet those for folders of users.
+/// Returns: the exit status; -1: there is none of them.
+int do_one_thing(int argc, char** argv)
 {
+    using namespace webots_cloud::guard;
     if (argc == 2 && std::strcmp(argv[1], "--help") == 0) {
         explain(stdout, argv[0]);
         return 0;
     }
     if (argc == 5 && std::strcmp(argv[1], "--try") == 0)
-        return webots_cloud::guard::try_forbidden_things(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
+        return try_forbidden_things(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
     if (argc >= 5 && std::strcmp(argv[1], "--display") == 0)
-        webots_cloud::guard::execute_on_display(argv[2], std::atoi(argv[3]), argv + 4);
+        execute_on_display(argv[2], std::atoi(argv[3]), argv + 4);
     if (argc >= 3 && std::strcmp(argv[1], "--filter") == 0)
-        webots_cloud::guard::execute_filtered(argv + 2);
+        execute_filtered(argv + 2);
     if (argc == 7 && std::strcmp(argv[1], "--make-users") == 0)
-        return webots_cloud::guard::make_user_namespace(argv + 2);
+        return make_user_namespace(argv + 2);
     if (argc == 3 && std::strcmp(argv[1], "--pin-users") == 0)
-        return webots_cloud::guard::pin_user_namespace(argv[2]);
+        return pin_user_namespace(argv[2]);
     if (argc == 3 && std::strcmp(argv[1], "--unpin-users") == 0)
-        return webots_cloud::guard::unpin_user_namespace(argv[2]);
-    webots_cloud::guard::forbid_tracing();
-    char const* const name = argv[0];
-    char** const cleanup_command = take_cleanup_command(argc, argv);
-    webots_cloud::guard::Job job;
-    bool const job_understood = webots_cloud::guard::take_job(argc, argv, job);
-    bool const is_probe = take_option(argc, argv, "--probe");
-    Program program;
-    program.user.is_subordinate = take_option(argc, argv, "--subordinate");
-    if (program.user.is_subordinate && !enter_users()) // it changes what must not be set before
-        return exec_failed;
-    bool const works_in_folder =
-        program.user.is_subordinate || (argc > 0 && std::strcmp(argv[0], "--put") == 0);
-    if (int const status = works_in_folder ? work_in_folder(argc, argv) : -1; status >= 0)
-        return status;
-    program.is_job = job.last > 0;
+        return unpin_user_namespace(argv[2]);
+    return -1;
+}
+
+/// What is said of the program, in the order of the usage. `argv` begins with GRACE_MS afterwards.
+bool take_program(int& argc, char**& argv, Program& program)
+{
     program.sent = argv;
     program.sent_count = webots_cloud::guard::take_sent(argc, argv);
     // srun kills the job at SIGTERM, guard and all; this one it passes on.
@@ -704,8 +696,65 @@ int main(int argc, char** argv)
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
     bool const is_of_somebody = program.user.is_other || !program.user.is_subordinate;
-    if (!job_understood || program.sent_count < 0 || !understood || !has_container || !user_understood ||
-        !is_of_somebody || (argc < 2 && !(is_probe && argc == 0)))
+    return program.sent_count >= 0 && understood && has_container && user_understood && is_of_somebody;
+}
+
+/// Starts it as it is asked for, and where that was no more than a wish, without namespaces. What fails is
+/// printed; then there is no process.
+Started start_tree(Program const& program)
+{
+    Started started;
+    if (program.container.docker) {
+        started.process = fork();
+        if (started.process == 0)
+            webots_cloud::guard::run_beside_container(program, execute);
+    } else {
+        started = webots_cloud::guard::start_in_namespace(program, execute_confined);
+    }
+    if (started.process < 0 && (program.network.is_own() || program.own_sandbox)) {
+        std::printf("can't start %s in %s of its own: %s\n", program.argv[0],
+                    program.network.is_own() ? "a network" : "a mount namespace",
+                    started.network_failure == NetworkFailure::nothing ? std::strerror(started.error)
+                                                                       : describe(started.network_failure));
+        return started;
+    }
+    if (started.process < 0 && program.own_displays) {
+        std::printf("can't start %s with displays of its own: %s\n", program.argv[0],
+                    std::strerror(started.error));
+        return started;
+    }
+    if (started.process < 0)
+        started.process = fork();
+    if (started.process == 0)
+        execute_confined_without_namespace(program);
+    if (started.process < 0)
+        std::printf("can't start %s: %s\n", program.argv[0], std::strerror(errno));
+    return started;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    if (int const status = do_one_thing(argc, argv); status >= 0)
+        return status;
+    webots_cloud::guard::forbid_tracing();
+    char const* const name = argv[0];
+    char** const cleanup_command = take_cleanup_command(argc, argv);
+    webots_cloud::guard::Job job;
+    bool const job_understood = webots_cloud::guard::take_job(argc, argv, job);
+    bool const is_probe = take_option(argc, argv, "--probe");
+    Program program;
+    program.user.is_subordinate = take_option(argc, argv, "--subordinate");
+    if (program.user.is_subordinate && !enter_users()) // it changes what must not be set before
+        return exec_failed;
+    bool const works_in_folder =
+        program.user.is_subordinate || (argc > 0 && std::strcmp(argv[0], "--put") == 0);
+    if (int const status = works_in_folder ? work_in_folder(argc, argv) : -1; status >= 0)
+        return status;
+    program.is_job = job.last > 0;
+    bool const understood = take_program(argc, argv, program);
+    if (!job_understood || !understood || (argc < 2 && !(is_probe && argc == 0)))
         return usage(name);
     setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
@@ -736,34 +785,13 @@ int main(int argc, char** argv)
         std::printf("can't start %s in its control group: %s\n", program.argv[0], std::strerror(errno));
         return exec_failed;
     }
-    Started started;
-    if (program.container.docker) {
-        started.process = fork();
-        if (started.process == 0)
-            webots_cloud::guard::run_beside_container(program, execute);
-    } else {
-        started = webots_cloud::guard::start_in_namespace(program, execute_confined);
-    }
-    if (started.process < 0 && (program.network.is_own() || program.own_sandbox)) {
-        std::printf("can't start %s in %s of its own: %s\n", program.argv[0],
-                    program.network.is_own() ? "a network" : "a mount namespace",
-                    started.network_failure == NetworkFailure::nothing ? std::strerror(started.error)
-                                                                       : describe(started.network_failure));
-        return exec_failed;
-    }
-    if (started.process < 0 && program.own_displays) {
-        std::printf("can't start %s with displays of its own: %s\n", program.argv[0],
-                    std::strerror(started.error));
-        return exec_failed;
-    }
-    if (started.process < 0)
-        started.process = fork();
-    if (started.process == 0)
-        execute_confined_without_namespace(program);
-    if (started.process < 0 || signals < 0) {
+    if (signals < 0) {
         std::printf("can't start %s: %s\n", program.argv[0], std::strerror(errno));
         return exec_failed;
     }
+    auto const started = start_tree(program);
+    if (started.process < 0)
+        return exec_failed;
     Guard guard(started, std::strtol(argv[0], nullptr, 10) + (program.sent_count > 0 ? copy_removal_ms : 0),
                 owner);
     guard.end_by(program.end_signal);

@@ -54,19 +54,10 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     if (core::compose_services(*compose_file).empty())
         co_return core::refused(core::Refused::no_compose_services,
                                 {{"file", core::compose_template_file(yml->kind)}});
-    core::ContainerWalls walls;
-    walls.own_display = params_.own_displays;
-    walls.display_socket = display_socket();
-    walls.own_network =
-        params_.network.reach != ProcessNetwork::Reach::host && !core::chooses_network(*compose_file);
-    walls.name_server = params_.name_server;
-    walls.limits = params_.limits;
-    walls.token = hooks_.new_token();
     bool const own = texts.dockerfile && params_.project_dockerfiles;
     bool const competes = yml->kind == core::ComposeTemplate::competition;
-    // Of ours nothing but a project's Makefile is run.
-    walls.builds_without_network = walls.own_network && (own ? !params_.build_network : texts.has_makefile);
-    walls.controller_builds_without_network = walls.own_network && competes && !params_.build_network;
+    // Of our Dockerfile nothing but a project's Makefile is run.
+    auto walls = walls_of(*compose_file, own ? !params_.build_network : texts.has_makefile, competes);
     Names names{core::system_calls_template};
     auto const system_calls = co_await files_.read(params_.templates, std::move(names));
     if (!system_calls)
@@ -102,6 +93,23 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
         project.notes.emplace_back("The Dockerfile of the project is built without a network, unless this "
                                    "server's operator sets \"buildNetwork\".");
     co_return project;
+}
+
+/// `confines_build`: the image is built without a network, where containers have their own.
+core::ContainerWalls DockerProjectFiles::walls_of(std::string const& compose_file, bool confines_build,
+                                                  bool competes) const
+{
+    core::ContainerWalls walls;
+    walls.own_display = params_.own_displays;
+    walls.display_socket = display_socket();
+    walls.own_network =
+        params_.network.reach != ProcessNetwork::Reach::host && !core::chooses_network(compose_file);
+    walls.name_server = params_.name_server;
+    walls.limits = params_.limits;
+    walls.token = hooks_.new_token();
+    walls.builds_without_network = walls.own_network && confines_build;
+    walls.controller_builds_without_network = walls.own_network && competes && !params_.build_network;
+    return walls;
 }
 
 std::filesystem::path DockerProjectFiles::display_socket() const

@@ -51,6 +51,7 @@ public:
 private:
     result<core::DockerEnvironment> environment(LaunchSpec const& spec, std::uint16_t port,
                                                 std::string const& runtime) const;
+    core::ContainerWalls walls_of(std::string const& compose_file, bool confines_build, bool competes) const;
     std::filesystem::path display_socket() const;
     boost::asio::awaitable<result<std::string>> read_template(std::string name);
     boost::asio::awaitable<result<core::CompetitionFiles>>

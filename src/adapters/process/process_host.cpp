@@ -398,6 +398,9 @@ public:
     result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) override;
 
 private:
+    std::vector<std::string> guard_arguments(ProcessSpec const& spec, std::filesystem::path const& here,
+                                             OwnGroup const* group) const;
+
     asio::any_io_executor executor_;
     std::filesystem::path guard_;
     std::vector<std::filesystem::path> read_only_;
@@ -488,17 +491,11 @@ void put_elsewhere(std::vector<std::string>& arguments, std::size_t cleanup_size
     arguments.insert(arguments.begin() + static_cast<std::ptrdiff_t>(cleanup_size), ours.begin(), ours.end());
 }
 
-asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
+/// The command line of the guard (src/guard/main.cpp), with that of the program at its end.
+std::vector<std::string> LocalProcessHost::guard_arguments(ProcessSpec const& spec,
+                                                           std::filesystem::path const& here,
+                                                           OwnGroup const* group) const
 {
-    for (auto const& program : {guard_.string(), spec.argv.at(0)})
-        if (::access(program.c_str(), X_OK) != 0)
-            co_return Failure(errc::start_failed,
-                              concat(program, " can't be run: ",
-                                     std::error_code(errno, std::generic_category()).message()));
-
-    boost::system::error_code error;
-    auto const here = std::filesystem::current_path(error); // the guard starts in the folder of the process
-    spec.argv.front() = (here / spec.argv.front()).string();
     std::vector<std::string> arguments;
     if (!spec.cleanup_command.empty()) {
         arguments.emplace_back("--cleanup");
@@ -506,22 +503,12 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         arguments.insert(arguments.end(), spec.cleanup_command.begin(), spec.cleanup_command.end());
     }
     auto const cleanup_size = arguments.size();
-    int const users = spec.user ? spec.user->user_namespace : -1;
-    if (users >= 0)
+    if (spec.user && spec.user->user_namespace >= 0)
         arguments.emplace_back("--subordinate");
     if (spec.set_user_id)
         arguments.emplace_back("--set-user-id");
     add_network(arguments, spec.network);
-    std::shared_ptr<OwnGroup const> group;
-    if (groups_ && spec.limits.any() && spec.remote.command.empty()) {
-        MakeGroup work{groups_, spec.limits};
-        auto made = co_await pool_.run(std::move(work));
-        if (!made)
-            co_return made.error();
-        if (!made->folders.empty())
-            group = std::make_shared<OwnGroup const>(groups_, std::move(*made));
-    }
-    add_limits(arguments, spec.limits, group.get());
+    add_limits(arguments, spec.limits, group);
     if (!spec.container.docker.empty())
         arguments.insert(arguments.end(),
                          {"--container", spec.container.docker.native(), spec.container.label});
@@ -541,9 +528,29 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());
     if (!spec.remote.command.empty())
         put_elsewhere(arguments, cleanup_size, (here / guard_).string(), spec);
-    std::vector<std::string> environment;
-    for (auto const& [name, value] : spec.environment)
-        environment.push_back(concat(name, "=", value));
+    return arguments;
+}
+
+asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
+{
+    for (auto const& program : {guard_.string(), spec.argv.at(0)})
+        if (::access(program.c_str(), X_OK) != 0)
+            co_return Failure(errc::start_failed,
+                              concat(program, " can't be run: ",
+                                     std::error_code(errno, std::generic_category()).message()));
+
+    boost::system::error_code error;
+    auto const here = std::filesystem::current_path(error); // the guard starts in the folder of the process
+    spec.argv.front() = (here / spec.argv.front()).string();
+    std::shared_ptr<OwnGroup const> group;
+    if (groups_ && spec.limits.any() && spec.remote.command.empty()) {
+        MakeGroup work{groups_, spec.limits};
+        auto made = co_await pool_.run(std::move(work));
+        if (!made)
+            co_return made.error();
+        if (!made->folders.empty())
+            group = std::make_shared<OwnGroup const>(groups_, std::move(*made));
+    }
 
     asio::readable_pipe output(executor_);
     asio::writable_pipe output_end(executor_);
@@ -562,12 +569,13 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     auto const directory = begins_here ? here : spec.directory;
     adapters::Spawn spawn;
     spawn.program = (here / guard_).string();
-    spawn.arguments = std::move(arguments);
-    spawn.environment = std::move(environment);
+    spawn.arguments = guard_arguments(spec, here, group.get());
+    for (auto const& [name, value] : spec.environment)
+        spawn.environment.push_back(concat(name, "=", value));
     spawn.directory = directory.string();
     spawn.input = control_end.get();
     spawn.output = output_end.native_handle();
-    spawn.users = users;
+    spawn.users = spec.user ? spec.user->user_namespace : -1;
     auto const [failure, id] = co_await pool_.run(std::move(spawn));
     if (failure != 0)
         co_return Failure(errc::start_failed,
