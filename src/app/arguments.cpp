@@ -1,3 +1,5 @@
+// Reads command lines. Options and their texts are rows in options.cpp, from which the manual pages and
+// completions are made, too; here they are obeyed.
 #include "core/config/key_documents.hpp"
 #include "core/config/moved_ports.hpp"
 #include "core/text.hpp"

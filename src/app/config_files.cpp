@@ -1,3 +1,5 @@
+// Files and folders that a configuration names, looked at before the server starts: what it can't do without
+// is an error, what it can is a warning. The configuration itself has been read by then (core/config).
 #include "core/docker/container_walls.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/simulation/simulator_choice.hpp"

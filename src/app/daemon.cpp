@@ -1,3 +1,5 @@
+// What every program of ours does around its work: it raises the limit of descriptors, finds out whether its
+// event loop can hear signals, runs until one arrives or the work ends, and says why it ends.
 #include "async/first_of.hpp"
 
 #include <webots_cloud/daemon.hpp>

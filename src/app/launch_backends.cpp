@@ -1,3 +1,5 @@
+// Translates the configuration and what the machine can do into the parameters of the launcher and of the
+// backend that runs simulations. Where Docker or Slurm keeps a limit, we do not keep it as well.
 #include "launch_backends.hpp"
 
 #include "core/docker/docker_leftovers.hpp"

@@ -1,3 +1,5 @@
+// Each part is tried once. What it came to is kept in two forms: remarks, sentences in the order in which
+// they were found out, and findings, one for each part, which core/doctor judges.
 #include "machine_trial.hpp"
 
 #include "core/doctor/simulation_findings.hpp"

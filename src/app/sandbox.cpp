@@ -1,3 +1,6 @@
+// Assembles the parameters of bubblewrap or firejail from what is installed here, and tries whether the
+// sandbox holds before it counts: a program in it attempts what it must not be able to do (guard/attempts).
+// What a sandbox shows of the machine is decided in core/sandbox.
 #include "sandbox.hpp"
 
 #include "core/sandbox/firejail.hpp"

@@ -1,3 +1,7 @@
+// Finds a user for simulations: root takes one of the machine or numbers that nobody has; others need users
+// of systemd's unit or of /etc/subuid. A user counts only when a trial under the guard has shown that it
+// reaches Webots, and neither a file nor a process of the server. The choice itself is
+// core/sandbox/simulation_user.
 #include "simulation_user.hpp"
 
 #include "core/sandbox/simulation_user.hpp"

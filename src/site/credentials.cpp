@@ -1,3 +1,5 @@
+// Certificates are made by the program openssl, as people would do it by hand, in a folder of their own, and
+// copied when they are whole. Nothing that exists is overwritten.
 #include "credentials.hpp"
 
 #include "app/environment.hpp"

@@ -1,3 +1,5 @@
+// Files are opened without following links, and written under another name first, so that a full disk or
+// somebody else's link leaves nothing half done.
 #include "log_folder.hpp"
 
 #include "core/text.hpp"

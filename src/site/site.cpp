@@ -1,3 +1,5 @@
+// The verbs of webots-site. What is running is found by running.cpp, a start is in start.cpp; here they are
+// put together, and what people read is printed.
 #include "site.hpp"
 
 #include "answers.hpp"

@@ -1,3 +1,5 @@
+// Everything that can fail is looked at before the first server is started or stopped: configurations, files
+// that have to be made, ports. After that a failure stops what this start has started (stop_again).
 #include "start.hpp"
 
 #include "answers.hpp"

@@ -1,3 +1,6 @@
+// What both doctors look at: memory, clock, folders, certificate, firewall, name and public address. A check
+// asks (this file) and has what it got judged (core/doctor), so that each sentence has a test. Whatever may
+// hang, a network drive or a name server, is asked on a thread of its own (aside.hpp) or with a deadline.
 #include "checks.hpp"
 
 #include "app/environment.hpp"

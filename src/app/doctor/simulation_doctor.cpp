@@ -1,3 +1,6 @@
+// What the doctor of a simulation server looks at besides checks.cpp: simulator, graphics, Docker, Slurm,
+// forges, and by machine_trial what the start of the server tries. A server that runs is asked for what it
+// has found at its start; it tries nothing again, since it is confined by then.
 #include "aside.hpp"
 #include "doctors.hpp"
 #include "service_view.hpp"

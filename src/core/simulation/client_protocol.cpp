@@ -1,3 +1,6 @@
+// Messages of browsers are untrusted: what is malformed becomes a `MalformedMessage` with its reason, never
+// an exception. Forms that old pages send, or old servers sent, stay as they are; members that were added
+// later mean nothing unless they have the right type.
 #include "client_protocol.hpp"
 
 #include "core/refusals.hpp"

@@ -1,3 +1,6 @@
+// A variable passes if its name is on a list of what programs need, or the operator names it. Names that
+// sound like secrets, and addresses with passwords in them, pass only by name: the lists can't foresee what
+// operators export. Remarks tell them what was left out.
 #include "simulator_environment.hpp"
 
 #include "core/text.hpp"
