@@ -29,7 +29,7 @@ Usage: ./server.sh start|stop|restart|status [NAME|--lan]
            the others is printed, with a QR code for phones, and where a teacher opens a class, with the password,
            which is made at the first start.
            --port moves the whole site: people open it at this port, and its other ports move by as much.
-  stop     Stop them. Simulations that run are ended in order. With NAME only the servers that run with it.
+  stop     Stop them. Simulations that run are ended cleanly. With NAME only the servers that run with it.
   restart  stop, whatever runs, and start, at the same ports unless told otherwise.
   status   Say which servers run, since when, with which configuration, at which address, where they log, how
            many seats are taken, and what visitors meet. With NAME only those that run with it.

@@ -88,7 +88,7 @@ std::vector<Meaning> signals_of(Program const& program)
     std::vector<Meaning> signals{
         {"SIGHUP", "read the configuration again; the log names changed keys that need a restart"},
         {"SIGTERM, SIGINT",
-         program.kind == "simulation" ? "end in order, after all simulations" : "end in order"},
+         program.kind == "simulation" ? "end cleanly, after all simulations" : "end cleanly"},
     };
     if (program.kind == "simulation")
         signals.emplace_back("SIGUSR1", "take no new simulations, as --drain");

@@ -33,6 +33,25 @@ std::uint64_t number_after(std::string_view text, std::string_view before)
     return number;
 }
 
+/// NSpid: the number here, and one more for each PID namespace below ours.
+bool counts_in_inner_namespace(std::string_view status)
+{
+    constexpr std::string_view key = "\nNSpid:\t";
+    auto const found = status.find(key);
+    if (found == std::string_view::npos)
+        return false;
+    auto const numbers = status.substr(found + key.size());
+    return numbers.substr(0, numbers.find('\n')).find('\t') != std::string_view::npos;
+}
+
+/// By the name of a server.
+bool is_posing_as_server(Process const& process)
+{
+    std::error_code failed;
+    return parse_server(process.arguments) &&
+           is_posing(process, fs::weakly_canonical(process.arguments.front(), failed).native());
+}
+
 } // namespace
 
 std::vector<Process> all_processes()
@@ -45,8 +64,13 @@ std::vector<Process> all_processes()
         auto const [stop, bad] = std::from_chars(name.data(), name.data() + name.size(), id);
         if (bad != std::errc() || stop != name.data() + name.size())
             continue;
-        if (auto process = read_process(id); process && !process->arguments.empty())
-            processes.push_back(std::move(*process));
+        auto process = read_process(id);
+        if (!process || process->arguments.empty())
+            continue;
+        if (is_posing_as_server(*process))
+            process->arguments = {process->is_inner ? "a program in a sandbox or container"
+                                                    : process->program};
+        processes.push_back(std::move(*process));
     }
     return processes;
 }
@@ -62,6 +86,10 @@ std::optional<Process> read_process(pid_t id)
     process.id = id;
     process.user = owner.st_uid;
     process.began = *began;
+    std::error_code hidden;
+    process.program = fs::read_symlink(folder_of(id) + "/exe", hidden).string();
+    if (auto const status = read_regular_file(folder_of(id) + "/status", max_read))
+        process.is_inner = counts_in_inner_namespace(*status);
     auto const line = read_regular_file(folder_of(id) + "/cmdline", max_read);
     if (line && !line->empty())
         for (auto const word : core::split(std::string_view(*line).substr(0, line->size() - 1), '\0'))

@@ -11,7 +11,8 @@
 
 namespace webots_cloud::site {
 
-/// All that live and have a command line.
+/// All that live and have a command line. One that only calls itself a server of ours has in its place what
+/// it is.
 std::vector<Process> all_processes();
 
 /// Nothing: it has ended, even where nobody has waited for it, as in a container without an init.

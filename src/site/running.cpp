@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using core::concat;
 
-constexpr Duration end_patience = std::chrono::seconds(30);
+constexpr std::chrono::seconds end_patience(30);
 constexpr std::size_t max_table = std::size_t{64} << 20;
 
 std::vector<Listener> listeners_of(std::uint16_t port)
@@ -100,7 +100,8 @@ result<> stop_server(Kind kind, Process const& process)
     if (!ended && ended.error() == errc::refused)
         return Failure(errc::refused, who + " belongs to another user.");
     if (!ended)
-        return Failure(errc::timed_out, who + " has not ended within 30 seconds.");
+        return Failure(errc::timed_out, concat(who, " has not ended within ",
+                                               std::to_string(end_patience.count()), " seconds."));
     forget_process(kind);
     return {};
 }

@@ -22,6 +22,15 @@ bool is_whose(uid_t owner, uid_t asking) noexcept
 
 } // namespace
 
+bool is_posing(Process const& process, std::string_view called) noexcept
+{
+    constexpr std::string_view replaced = " (deleted)"; // by a newer build, proc(5)
+    std::string_view program = process.program;
+    if (program.ends_with(replaced))
+        program.remove_suffix(replaced.size());
+    return process.is_inner || (!program.empty() && program != called);
+}
+
 std::optional<ServerCommand> parse_server(std::vector<std::string> const& arguments)
 {
     if (arguments.empty())

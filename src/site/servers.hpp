@@ -20,8 +20,10 @@ struct Process
 
     pid_t id = 0;
     uid_t user = 0;
-    std::uint64_t began = 0; ///< Clock ticks after the machine was booted.
-    std::vector<std::string> arguments;
+    std::uint64_t began = 0;            ///< Clock ticks after the machine was booted.
+    std::vector<std::string> arguments; ///< What it says itself: any process can say anything.
+    std::string program;   ///< The file that it runs, as the kernel says; empty: it does not tell us.
+    bool is_inner = false; ///< It is in a PID namespace below ours, as simulations are.
 };
 
 /// What the command line of a server says.
@@ -34,6 +36,10 @@ struct ServerCommand
     std::string configuration; ///< As given; empty: none was.
     int moved = 0;             ///< `--move-ports`
 };
+
+/// Whether the kernel says otherwise than its command line. `called`: the file that the command line leads
+/// to, without links. A simulation that calls itself a server would keep the server from being started.
+bool is_posing(Process const& process, std::string_view called) noexcept;
 
 /// Nothing: it is no server of ours.
 std::optional<ServerCommand> parse_server(std::vector<std::string> const& arguments);

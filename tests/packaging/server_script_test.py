@@ -597,6 +597,17 @@ class Stopping(ServerScriptTest):
         self.assertIn("Started local session server", self.start())
         self.assertIsNone(stranger.poll())
 
+    def test_a_program_that_calls_itself_a_server_is_none(self):
+        """As a simulation may, which nobody's stop would end."""
+        called = os.path.join(os.path.realpath(self.folder), "build/release/bin/webots-session-server")
+        stranger = subprocess.Popen([called, "-f", "config/session/local.json"], executable="/usr/bin/tail", cwd=self.folder, stdout=subprocess.DEVNULL)
+        self.addCleanup(stranger.wait)
+        self.addCleanup(stranger.kill)
+        self.assertEqual(self.run_script("status"), (3, "No server is running\n", ""))
+        self.assertIn("Started local session server", self.start())
+        self.assertEqual(self.run_script("stop")[0], 0)
+        self.assertIsNone(stranger.poll())
+
     def test_servers_are_known_without_the_folder_of_logs(self):
         self.start()
         pids = {kind: self.pid(kind) for kind in ("session", "simulation")}

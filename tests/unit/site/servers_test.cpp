@@ -24,6 +24,22 @@ Process session_server(pid_t id, std::string const& folder, uid_t user = 1000)
 
 } // namespace
 
+BOOST_AUTO_TEST_CASE(a_process_that_only_calls_itself_a_server_is_none)
+{
+    std::string const called = "/srv/a/build/release/bin/webots-session-server";
+    auto server = session_server(1, "/srv/a");
+    BOOST_TEST(!is_posing(server, called)); // of the same user, which keeps its memory to itself
+    server.program = called;
+    BOOST_TEST(!is_posing(server, called));
+    server.program = called + " (deleted)"; // it was built again meanwhile
+    BOOST_TEST(!is_posing(server, called));
+    server.program = "/usr/bin/python3.11";
+    BOOST_TEST(is_posing(server, called));
+    server.program = called; // a simulation may find it beside its simulator
+    server.is_inner = true;
+    BOOST_TEST(is_posing(server, called));
+}
+
 BOOST_AUTO_TEST_CASE(the_command_line_of_a_server_says_which_one_it_is_and_what_it_runs_with)
 {
     auto const server = parse_server({"/srv/a/build/release/bin/webots-simulation-server", "--move-ports=-12",
