@@ -141,7 +141,7 @@ class Hostile(Site):
     def test_its_pages_reach_nothing_of_the_site(self):
         asks = BROWSER == "chromium"  # Firefox would ask a person for the password
         self.start_session((self.hostile, {}), **({"monitorPassword": PASSWORD} if asks else {}))
-        with open_browser(1000, 700) as browser:
+        with open_browser(1000, 700, whole=True) as browser:
             if asks:
                 self.log_in(browser)
             browser.get(f"{self.url}/viewer/")
@@ -159,7 +159,7 @@ class Hostile(Site):
 
     def test_no_kind_of_document_has_the_origin_of_the_site(self):
         self.start_session((self.hostile, {}))
-        with open_browser(1000, 700) as browser:
+        with open_browser(1000, 700, whole=True) as browser:
             for path in ("/", "/missing", "/page.svg", "/page.xml", "/monitor", "/simulation/token/2001/", "/simulation/token/2501/",
                          *(("/parts",) if BROWSER == "firefox" else ())):  # in Chromium only pictures come in parts
                 with self.subTest(path=path):
@@ -167,7 +167,7 @@ class Hostile(Site):
 
     def test_it_gets_no_password(self):
         self.start_session((self.hostile, {}), monitorPassword=PASSWORD)
-        with open_browser(1000, 700) as browser:
+        with open_browser(1000, 700, whole=True) as browser:
             self.log_in(browser)
             browser.get(f"{self.url}/{self.hostile.port}/monitor")
             wait_until(lambda: "/monitor" in self.hostile.asked, "the machine is asked")
@@ -197,7 +197,7 @@ class Honest(Site):
     def test_the_monitor_is_live_and_comes_back_with_the_machine(self):
         self.start_machine()
         self.start_session((self.simulation, {}))
-        with open_browser(1000, 700) as browser:
+        with open_browser(1000, 700, whole=True) as browser:
             browser.get(f"{self.url}{self.path}/monitor")
             self.wait_until_live(browser)
             before = self.points(browser)
@@ -210,7 +210,7 @@ class Honest(Site):
     def test_where_no_websocket_gets_through_the_page_asks(self):
         self.start_machine()
         self.start_session((self.simulation, {}))
-        with open_browser(1000, 700) as browser:
+        with open_browser(1000, 700, whole=True) as browser:
             run_first(browser, "window.WebSocket = class { constructor() { setTimeout(() => this.onclose(), 0); } close() {} };")
             browser.get(f"{self.url}{self.path}/monitor")
             self.wait_until_live(browser, "every 5 seconds")
@@ -218,14 +218,14 @@ class Honest(Site):
     def test_the_password_of_a_trusted_machine_is_passed_on(self):
         self.start_machine(monitorPassword=PASSWORD)
         self.start_session((self.simulation, {"trusted": True}))
-        with open_browser(1000, 700) as browser:
+        with open_browser(1000, 700, whole=True) as browser:
             self.log_in(browser, self.path)
             self.wait_until_live(browser)
 
     def test_the_monitor_of_another_machine_with_a_password_says_what_to_do(self):
         self.start_machine(monitorPassword=PASSWORD)
         self.start_session((self.simulation, {}))
-        with open_browser(1000, 700) as browser:
+        with open_browser(1000, 700, whole=True) as browser:
             browser.get(f"{self.url}{self.path}/monitor")
             self.assertIn('"trusted": true', browser.find_element("tag name", "body").text)
 
@@ -235,7 +235,7 @@ class Honest(Site):
         self.session = self.enterContext(SessionServer([{"address": f"dns:sim.test:{self.simulation.port}", "internal": "http"}],
                                                        nameServers=[names.address], discoverLoopback=True))
         wait_until(lambda: self.session.get("/") == "1", self.session.log)
-        with open_browser(1000, 700) as browser:
+        with open_browser(1000, 700, whole=True) as browser:
             browser.get(f"{self.session.url}/monitor")
             wait_until(lambda: "/machine/" in (browser.find_element("css selector", "#servers a").get_attribute("href") or ""), "no link")
             browser.find_element("css selector", "#servers a").click()

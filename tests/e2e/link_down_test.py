@@ -33,7 +33,7 @@ class LinkDown(unittest.TestCase):
         simulation = self.enterContext(SimulationServer(**{**LOCAL, "server": FAR, "gateway": True}))
         session = self.enterContext(SessionServer([f"{FAR}:{simulation.port}"], port, server=FAR))
         cable = self.enterContext(AccessPoint(simulation.port, session.port))
-        browser = self.enterContext(open_browser(1280, 800))
+        browser = self.enterContext(open_browser(1280, 800, whole=True))
         for seconds in SECONDS:
             with self.subTest(seconds=seconds):
                 self.check(seconds, simulation, session, cable, browser)

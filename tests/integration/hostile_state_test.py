@@ -10,7 +10,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser  # noqa: E402
 from support.other_user import NOBODY, OwnedServer  # noqa: E402
-from support.servers import main  # noqa: E402
+from support.servers import main, wait_until  # noqa: E402
 
 
 def remove(path):
@@ -62,8 +62,12 @@ class HostileState(unittest.IsolatedAsyncioTestCase):
         with self.subTest(what):
             before = self.said()
             self.server.start()
-            new = self.said()
-            self.assertIn(words, new[len(before):] if new.startswith(before) else new)
+
+            def new():
+                text = self.said()
+                return text[len(before):] if text.startswith(before) else text
+
+            wait_until(lambda: words in new(), lambda: f"it does not say '{words}', but: {new()}")
             self.assertIn("ready", self.server.get("/readyz"))
             self.assertEqual(self.server.stop(), 0)
             for path in self.precious:

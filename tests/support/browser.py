@@ -3,16 +3,19 @@
 import contextlib
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 import unittest
 
 sys.path.append(os.path.dirname(os.path.abspath(__file__)))
 from firefox import open_firefox  # noqa: E402
+from waiting import wait_until  # noqa: E402
 
 BROWSER = os.environ.get("WEBOTS_CLOUD_BROWSER", "chromium")
 DRIVER = "/usr/bin/chromedriver"
 CHROMIUM = "/usr/bin/chromium"
+SHELL = "/usr/lib/chromium/chromium-headless-shell"  # Chromium without windows and services: the same pages for a third of the processor time
 AXE = os.path.join(os.path.dirname(__file__), "../../build/node/tests/viewer/node_modules/axe-core/axe.min.js")
 
 ARGUMENTS = (
@@ -32,10 +35,11 @@ ARGUMENTS = (
 
 
 @contextlib.contextmanager
-def open_browser(width, height, dark=False, trusting=False, loads="normal", hosts=()):
+def open_browser(width, height, dark=False, trusting=False, loads="normal", hosts=(), whole=False):
     """Yields a Selenium driver whose page is exactly width x height CSS pixels; raises SkipTest without Chromium.
     `trusting`: certificates that nobody vouches for are good enough. `loads`: "none" lets tests look at pages that are still being loaded.
-    `hosts`: names that lead to this machine.
+    `hosts`: names that lead to this machine. `whole`: all of Chromium, also where its shell is installed: for what browsers do besides
+    showing pages.
 
     The profile is new and is removed afterwards; leaving the context ends Chromium and its driver.
     """
@@ -51,17 +55,15 @@ def open_browser(width, height, dark=False, trusting=False, loads="normal", host
         if not os.access(program, os.X_OK):
             raise unittest.SkipTest(f"{program} is missing (packages chromium and chromium-driver)")
     profile = tempfile.mkdtemp(prefix="webots_cloud_browser_")
+    start = _start_chromium if whole or not os.access(SHELL, os.X_OK) else _start_shell
     try:
-        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile, trusting, loads, hosts))
-        try:
+        with start(webdriver, service_class(DRIVER), profile, _options(webdriver, trusting, loads), _arguments(profile, hosts)) as driver:
             driver.set_script_timeout(30)
             driver.set_page_load_timeout(30)
             resize(driver, width, height)
             prefer_dark(driver, dark)
             _load_whole(driver)
             yield driver
-        finally:
-            driver.quit()
     finally:
         shutil.rmtree(profile, ignore_errors=True)
 
@@ -135,17 +137,49 @@ def _selenium():
     return webdriver, Service
 
 
-def _options(webdriver, profile, trusting, loads, hosts):
+def _options(webdriver, trusting, loads):
     options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
     options.accept_insecure_certs = trusting
     options.page_load_strategy = loads
-    rules = ",".join(f"MAP {host} 127.0.0.1" for host in hosts)
-    for argument in (*ARGUMENTS, *([f"--host-resolver-rules={rules}"] if hosts else []), f"--user-data-dir={profile}"):
-        options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     options.ignore_local_proxy_environment_variables()
     return options
+
+
+def _arguments(profile, hosts):
+    rules = ",".join(f"MAP {host} 127.0.0.1" for host in hosts)
+    return [*ARGUMENTS, *([f"--host-resolver-rules={rules}"] if hosts else []), f"--user-data-dir={profile}"]
+
+
+@contextlib.contextmanager
+def _start_chromium(webdriver, service, _, options, arguments):
+    options.binary_location = CHROMIUM
+    for argument in arguments:
+        options.add_argument(argument)
+    driver = webdriver.Chrome(service=service, options=options)
+    try:
+        yield driver
+    finally:
+        driver.quit()
+
+
+@contextlib.contextmanager
+def _start_shell(webdriver, service, profile, options, arguments):
+    """The driver can't start the shell, only speak to one that runs, of which quit() closes no more than the page."""
+    address = os.path.join(profile, "DevToolsActivePort")
+    shell = subprocess.Popen([SHELL, *arguments, "--remote-debugging-port=0", "about:blank"], stderr=subprocess.DEVNULL)
+    try:
+        wait_until(lambda: os.path.exists(address) and os.path.getsize(address), "Chromium does not listen")
+        with open(address, encoding="utf-8") as file:
+            options.debugger_address = f"127.0.0.1:{file.readline().strip()}"
+        driver = webdriver.Chrome(service=service, options=options)
+        try:
+            yield driver
+        finally:
+            driver.quit()
+    finally:
+        shell.terminate()
+        shell.wait()
 
 
 def _load_whole(driver):

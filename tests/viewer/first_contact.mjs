@@ -11,7 +11,7 @@ const { SITE, WEBSITE } = process.env;
 const PATIENCE_MS = 120000; // A machine that has just built all this is busy for a moment: the page waits in line until it is not.
 const SHOWN_MS = 500; // simulated time between two looks
 
-const browser = await openBrowser();
+const browser = await openBrowser({ whole: true });
 
 test('one press starts a simulation whose picture moves, and stopping ends it', async (t) => {
   const page = await openPage(t, browser, { patience: PATIENCE_MS });

@@ -34,7 +34,7 @@ def ip(*arguments):
 class NetworkChange(unittest.TestCase):
     def setUp(self):
         self.cloud = self.enterContext(FakeCloud())
-        self.browser = self.enterContext(open_browser(360, 740, loads="none"))
+        self.browser = self.enterContext(open_browser(360, 740, loads="none", whole=True))
 
     def check(self, page, is_complete):
         self.cloud.held = MODULES
