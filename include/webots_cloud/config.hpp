@@ -5,6 +5,7 @@
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/fleet.hpp>
 #include <webots_cloud/public_address.hpp>
+#include <webots_cloud/server_load.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <cstdint>
@@ -130,9 +131,7 @@ struct SessionConfig
     std::filesystem::path log_dir = "log"; ///< `logDir`
     bool debug = false;                    ///< `debug`: log to standard output instead of the file.
     bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
-    Duration load_refresh = std::chrono::seconds(5);       ///< `loadRefresh`, in seconds.
-    Duration load_timeout = std::chrono::seconds(5);       ///< `loadTimeout`, in seconds.
-    double load_threshold = 95;                            ///< `loadThreshold`, percent.
+    LoadMonitorParams polls;               ///< Its `tls` follows from `address`.
     std::string scheduling = "least_committed";            ///< `scheduling`: a policy of the Scheduler.
     Duration placement_timeout = std::chrono::seconds(60); ///< `placementTimeout`, in seconds.
 };

@@ -21,21 +21,6 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// How often LoadMonitor polls the machines, and how long it waits for them.
-struct LoadMonitorParams
-{
-    LoadMonitorParams() = default;
-
-    /// From one poll of a server to its next. Default 5 s: browsers have been used to that for years.
-    Duration interval = std::chrono::seconds(5);
-    /// For one whole poll. Default 5 s. May exceed the interval: a server's next poll waits for its last.
-    Duration timeout = std::chrono::seconds(5);
-    /// Percent; from here on a server is full. Default 95.
-    double threshold = 95;
-    /// Polls go to `https://` instead of `http://`.
-    bool tls = false;
-};
-
 /// Polls `GET /load` of every server, each on its own schedule: a slow server does not delay the polls of
 /// others.
 ///
@@ -59,6 +44,8 @@ public:
     ///
     /// Errors: as make(), and the old ones stay.
     result<> apply(LoadMonitorParams params);
+
+    LoadMonitorParams const& params() const noexcept;
 
     /// It polls the machines of the fleet, from now on, instead of those of the next three functions.
     /// Lifetime: either may end first.

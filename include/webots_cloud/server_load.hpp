@@ -1,15 +1,33 @@
-// What is known of a simulation server by its polls, and what one poll changed.
+// How simulation servers are polled, what is known of them by that, and what one poll changed.
 #pragma once
 
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <utility>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
+
+/// How often LoadMonitor polls the machines, and how long it waits for them.
+struct LoadMonitorParams
+{
+    LoadMonitorParams() = default;
+
+    /// `loadRefresh`: from one poll of a server to its next. Default 5 s: browsers have been used to that for
+    /// years.
+    Duration interval = std::chrono::seconds(5);
+    /// `loadTimeout`: for one whole poll. Default 5 s. May exceed the interval: a server's next poll waits
+    /// for its last.
+    Duration timeout = std::chrono::seconds(5);
+    /// `loadThreshold`, percent; from here on a server is full. Default 95.
+    double threshold = 95;
+    /// Polls go to `https://` instead of `http://`.
+    bool tls = false;
+};
 
 /// What is known of a server: unknown is not idle.
 enum class ServerState

@@ -32,10 +32,6 @@ struct SessionServiceParams
     SessionServiceParams() { address.port = 1999; }
 
     SessionServiceConfig config;
-    double threshold = 95; ///< Percent: shown red on the monitor page from here on.
-    /// Between two points of the monitor page's charts. Default 5 s, as the polls: more would draw the same
-    /// load twice.
-    Duration history_step = std::chrono::seconds(5);
     /// With `relay`: machines are found (MachineDiscovery), so that not all of them are known at the start.
     bool finds_machines = false;
     /// Where the world outside reaches this server, and other names that it has; its `ssl` is that of
@@ -70,9 +66,11 @@ struct SessionServiceHooks
 /// Tells browsers whether a simulation could be started, and sends each to a machine, or relays what they
 /// say.
 ///
-/// It has to be served by an adapter. Its machines are those of the fleet, which the monitor and the
-/// scheduler follow from then on, too. While `run()` is awaited, reports are passed from the monitor to the
-/// scheduler, and changes of availability to the browsers.
+/// It has to be served by an adapter. The charts of its monitor page have a point for each poll, in the
+/// monitor's interval of when the service was made: more would draw the same load twice. Its machines are
+/// those of the fleet, which the monitor and the scheduler follow from then on, too. While `run()` is
+/// awaited, reports are passed from the monitor to the scheduler, and changes of availability to the
+/// browsers.
 ///
 /// Lifetime: everything passed by reference must outlive the service.
 /// Thread-safety: one executor.
@@ -83,8 +81,8 @@ public:
                    Clock& clock, Logger log, SessionServiceHooks hooks = SessionServiceHooks());
     ~SessionService() override;
 
-    /// Takes other parameters, but for the port and `history_step`, which stay. Browsers stay connected, and
-    /// pages show at once what has changed, in the fleet, too.
+    /// Takes other parameters, but for the port, which stays. Browsers stay connected, and pages show at once
+    /// what has changed, in the fleet and in the parameters of the monitor, too.
     void apply(SessionServiceParams params);
 
     /// Cancellation: terminal.

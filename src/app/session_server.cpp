@@ -46,12 +46,10 @@ namespace {
 
 namespace asio = boost::asio;
 
-LoadMonitorParams load_monitor_params(SessionConfig const& config)
+/// Machines are asked as browsers are sent to them.
+LoadMonitorParams polls(SessionConfig const& config)
 {
-    LoadMonitorParams params;
-    params.interval = config.load_refresh;
-    params.timeout = config.load_timeout;
-    params.threshold = config.load_threshold;
+    auto params = config.polls;
     params.tls = config.address.ssl;
     return params;
 }
@@ -60,9 +58,9 @@ SchedulerParams scheduler_params(SessionConfig const& config)
 {
     SchedulerParams params;
     params.policy = config.scheduling;
-    params.threshold = config.load_threshold;
+    params.threshold = config.polls.threshold;
     params.placement_timeout = config.placement_timeout;
-    params.report_lifetime = 2 * config.load_refresh + config.load_timeout;
+    params.report_lifetime = 2 * config.polls.interval + config.polls.timeout;
     params.seed = std::random_device()();
     return params;
 }
@@ -122,8 +120,6 @@ result<SessionServiceParams> session_service_params(SessionConfig const& config)
             return password.error();
         params.config.teacher_password = std::move(*password);
     }
-    params.threshold = config.load_threshold;
-    params.history_step = config.load_refresh;
     params.finds_machines = config.announcements || std::any_of(config.simulation_servers.begin(),
                                                                 config.simulation_servers.end(), is_found);
     params.address = config.address;
@@ -239,7 +235,7 @@ struct Site
             return service_params.error();
         if (auto const usable = administrator.obey(next); !usable)
             return usable;
-        if (auto const usable = monitor.apply(load_monitor_params(next)); !usable)
+        if (auto const usable = monitor.apply(polls(next)); !usable)
             return usable;
         if (auto const usable = scheduler.apply(scheduler_params(next)); !usable)
             return usable;
@@ -271,7 +267,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!sign)
         co_return sign.error();
     Fleet fleet(*sign);
-    auto made_monitor = LoadMonitor::make(load_monitor_params(config), *http, *clock);
+    auto made_monitor = LoadMonitor::make(polls(config), *http, *clock);
     if (!made_monitor)
         co_return made_monitor.error();
     auto& monitor = *made_monitor;

@@ -208,6 +208,11 @@ result<> LoadMonitor::apply(LoadMonitorParams params)
     return {};
 }
 
+LoadMonitorParams const& LoadMonitor::params() const noexcept
+{
+    return impl_->params;
+}
+
 void LoadMonitor::follow(Fleet& fleet)
 {
     fleet.add_observer(*impl_);

@@ -110,7 +110,7 @@ struct SessionService::Impl final : FleetObserver
          Clock& time, Logger logger, SessionServiceHooks others)
         : params(std::move(parameters)), fleet(machines), monitor(load_monitor), scheduler(placing),
           clock(time), log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
-          board(params.history_step, params.threshold),
+          board(monitor.params().interval, monitor.params().threshold),
           machine_metrics(machines, load_monitor, placing, time),
           classes(load_monitor, placing, time, log, class_hooks()),
           relay(relay_params(), machines, load_monitor, placing, time, log, relay_hooks())
@@ -239,11 +239,10 @@ SessionService::~SessionService() = default;
 void SessionService::apply(SessionServiceParams params)
 {
     params.address.port = impl_->params.address.port;
-    params.history_step = impl_->params.history_step;
     bool const keeps_budget = params.config.session_burst == impl_->params.config.session_burst &&
                               params.config.session_rate == impl_->params.config.session_rate;
     impl_->params = std::move(params);
-    impl_->board.set_threshold(impl_->params.threshold);
+    impl_->board.set_threshold(impl_->monitor.params().threshold);
     impl_->classes.set_password(impl_->params.config.teacher_password);
     impl_->relay.apply(impl_->relay_params());
     if (!keeps_budget)
@@ -670,7 +669,7 @@ std::string SessionService::Impl::monitor_text() const
     view.now = clock.now();
     view.ssl = params.address.ssl;
     view.gateway = params.config.gateway;
-    view.threshold = params.threshold;
+    view.threshold = monitor.params().threshold;
     view.waiting = waiting_figures();
     view.state = state;
     for (auto const& machine : fleet.machines()) {

@@ -41,8 +41,8 @@ void check(SessionConfig const& config)
     check_plain({config.address.host, config.mail.administrator, config.mail.server, config.mail.sender,
                  config.mail.user, config.mail.password, config.log_dir.string(), config.scheduling,
                  config.service.viewer_url});
-    fuzz::require(config.address.port > 0 && config.load_refresh > Duration::zero() &&
-                  config.load_timeout > Duration::zero());
+    fuzz::require(config.address.port > 0 && config.polls.interval > Duration::zero() &&
+                  config.polls.timeout > Duration::zero());
     for (auto const& server : config.simulation_servers) {
         check_plain({server.address});
         fuzz::require(server.address.find(' ') == std::string::npos && server.weight > 0);

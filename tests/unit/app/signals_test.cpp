@@ -114,19 +114,19 @@ BOOST_AUTO_TEST_CASE(a_configuration_that_is_refused_halfway_is_taken_back)
     asio::io_context context;
     testing::RecordingLog log;
     SessionConfig running;
-    running.load_threshold = 50;
+    running.polls.threshold = 50;
     std::vector<double> read{60, 70, 80};
     auto const reload = [&read]() -> result<Configured<SessionConfig>> {
         Configured<SessionConfig> configured;
-        configured.config.load_threshold = read.front();
+        configured.config.polls.threshold = read.front();
         read.erase(read.begin());
         return configured;
     };
     std::vector<double> applied;
     auto const apply = [&applied](SessionConfig const& next, SessionConfig const&) -> result<> {
-        applied.push_back(next.load_threshold);
-        return next.load_threshold == 70 ? result<>(Failure(errc::invalid_config, "70 is refused"))
-                                         : result<>();
+        applied.push_back(next.polls.threshold);
+        return next.polls.threshold == 70 ? result<>(Failure(errc::invalid_config, "70 is refused"))
+                                          : result<>();
     };
     asio::cancellation_signal stop;
     auto task = app::obey_sighup<SessionConfig>(context.get_executor(), reload, running, apply, log.logger());

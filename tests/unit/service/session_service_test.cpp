@@ -820,9 +820,11 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
     fixture.connect(browser);
     SessionServiceParams next;
     next.address.ssl = false;
-    next.threshold = 5;
     next.config.decisions_for_all = true;
     next.config.viewer_url = "https://a.org/w.wbt";
+    LoadMonitorParams polls;
+    polls.threshold = 5;
+    BOOST_TEST(fixture.monitor.apply(polls).has_value());
     fixture.service.apply(std::move(next));
     BOOST_TEST(fixture.get("/session").body == "ws://a:2000");
     BOOST_TEST(fixture.get("/api/decisions").status == 200);

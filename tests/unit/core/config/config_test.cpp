@@ -363,9 +363,9 @@ BOOST_AUTO_TEST_CASE(session_defaults_are_those_of_the_reference)
     BOOST_TEST(config.log_dir == "log");
     BOOST_TEST(!config.debug);
     BOOST_TEST(!config.json_log);
-    BOOST_TEST((config.load_refresh == std::chrono::seconds(5)));
-    BOOST_TEST((config.load_timeout == std::chrono::seconds(5)));
-    BOOST_TEST(config.load_threshold == 95);
+    BOOST_TEST((config.polls.interval == std::chrono::seconds(5)));
+    BOOST_TEST((config.polls.timeout == std::chrono::seconds(5)));
+    BOOST_TEST(config.polls.threshold == 95);
 }
 
 BOOST_AUTO_TEST_CASE(every_session_key_of_the_reference_is_obeyed)
@@ -419,9 +419,9 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
         "c.json");
     BOOST_TEST(configured->warnings.empty());
     auto const& config = configured->config;
-    BOOST_TEST((config.load_refresh == std::chrono::milliseconds(500)));
-    BOOST_TEST((config.load_timeout == std::chrono::seconds(2)));
-    BOOST_TEST(config.load_threshold == 80);
+    BOOST_TEST((config.polls.interval == std::chrono::milliseconds(500)));
+    BOOST_TEST((config.polls.timeout == std::chrono::seconds(2)));
+    BOOST_TEST(config.polls.threshold == 80);
     BOOST_TEST(config.scheduling == "random");
     BOOST_TEST((config.placement_timeout == Duration::zero()));
     BOOST_TEST(config.service.decisions_for_all);
