@@ -5,6 +5,7 @@
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/fleet.hpp>
 #include <webots_cloud/public_address.hpp>
+#include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/server_load.hpp>
 #include <webots_cloud/time.hpp>
 
@@ -132,8 +133,8 @@ struct SessionConfig
     bool debug = false;                    ///< `debug`: log to standard output instead of the file.
     bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
     LoadMonitorParams polls;               ///< Its `tls` follows from `address`.
-    std::string scheduling = "least_committed";            ///< `scheduling`: a policy of the Scheduler.
-    Duration placement_timeout = std::chrono::seconds(60); ///< `placementTimeout`, in seconds.
+    /// `threshold` and `report_lifetime` follow from `polls`, and `seed` is random.
+    SchedulerParams placement;
 };
 
 /// A forge of the configuration: where world URLs may point.

@@ -149,7 +149,7 @@ struct SchedulerParams
 {
     SchedulerParams() = default;
 
-    /// Config key "scheduling": one of those that `scheduling_policy` knows.
+    /// `scheduling`: one of those that `scheduling_policy` knows.
     std::string policy = "least_committed";
     /// Your own policy; where set, `policy` is only its name in explanations.
     SchedulingPolicy custom;
@@ -168,9 +168,10 @@ struct SchedulerParams
     /// Percent of a machine's memory, default 2, not negative: likewise.
     double session_memory = 2;
 
-    /// Default 60 s, not negative: how long a browser that was sent to a machine may take to show up in its
-    /// reports; then its place is given back. Longer than the slowest start, as peers that report a bare
-    /// number show a session only when it runs. Of peers that count `arrivals`, three eighths of it.
+    /// `placementTimeout`. Default 60 s, not negative: how long a browser that was sent to a machine may take
+    /// to show up in its reports; then its place is given back. Longer than the slowest start, as peers that
+    /// report a bare number show a session only when it runs. Of peers that count `arrivals`, three eighths
+    /// of it.
     Duration placement_timeout = std::chrono::seconds(60);
     /// Default 15 s: how long a report is trusted. Two intervals of your polls and a time-out are right; less
     /// than an interval makes every machine stale. 0: for ever, for callers that call mark_unreachable().

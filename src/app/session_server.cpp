@@ -54,12 +54,10 @@ LoadMonitorParams polls(SessionConfig const& config)
     return params;
 }
 
-SchedulerParams scheduler_params(SessionConfig const& config)
+SchedulerParams placement(SessionConfig const& config)
 {
-    SchedulerParams params;
-    params.policy = config.scheduling;
+    auto params = config.placement;
     params.threshold = config.polls.threshold;
-    params.placement_timeout = config.placement_timeout;
     params.report_lifetime = 2 * config.polls.interval + config.polls.timeout;
     params.seed = std::random_device()();
     return params;
@@ -237,7 +235,7 @@ struct Site
             return usable;
         if (auto const usable = monitor.apply(polls(next)); !usable)
             return usable;
-        if (auto const usable = scheduler.apply(scheduler_params(next)); !usable)
+        if (auto const usable = scheduler.apply(placement(next)); !usable)
             return usable;
         discovery.apply(discovery_params(next));
         fleet.set(discovery.servers());
@@ -271,7 +269,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!made_monitor)
         co_return made_monitor.error();
     auto& monitor = *made_monitor;
-    auto made_scheduler = Scheduler::make(scheduler_params(config));
+    auto made_scheduler = Scheduler::make(placement(config));
     if (!made_scheduler)
         co_return made_scheduler.error();
     auto& scheduler = *made_scheduler;

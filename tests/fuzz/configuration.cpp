@@ -39,7 +39,7 @@ void check(SessionConfig const& config)
 {
     check_network(config.network);
     check_plain({config.address.host, config.mail.administrator, config.mail.server, config.mail.sender,
-                 config.mail.user, config.mail.password, config.log_dir.string(), config.scheduling,
+                 config.mail.user, config.mail.password, config.log_dir.string(), config.placement.policy,
                  config.service.viewer_url});
     fuzz::require(config.address.port > 0 && config.polls.interval > Duration::zero() &&
                   config.polls.timeout > Duration::zero());

@@ -404,8 +404,8 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_the_reference_is_obeyed)
 BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_pages_is_obeyed)
 {
     auto const defaults = parse_session_config(R"({"port":7,"simulationServers":[]})", "c.json").value();
-    BOOST_TEST(defaults.config.scheduling == "least_committed");
-    BOOST_TEST((defaults.config.placement_timeout == std::chrono::seconds(60)));
+    BOOST_TEST(defaults.config.placement.policy == "least_committed");
+    BOOST_TEST((defaults.config.placement.placement_timeout == std::chrono::seconds(60)));
     BOOST_TEST(!defaults.config.service.decisions_for_all);
     BOOST_TEST(defaults.config.service.teacher_password.empty());
     BOOST_TEST(defaults.config.service.teacher_password_file.empty());
@@ -422,8 +422,8 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
     BOOST_TEST((config.polls.interval == std::chrono::milliseconds(500)));
     BOOST_TEST((config.polls.timeout == std::chrono::seconds(2)));
     BOOST_TEST(config.polls.threshold == 80);
-    BOOST_TEST(config.scheduling == "random");
-    BOOST_TEST((config.placement_timeout == Duration::zero()));
+    BOOST_TEST(config.placement.policy == "random");
+    BOOST_TEST((config.placement.placement_timeout == Duration::zero()));
     BOOST_TEST(config.service.decisions_for_all);
     BOOST_TEST(config.service.viewer_url == "https://a/b.wbt");
     BOOST_TEST((config.service.pause_hidden == std::chrono::seconds(60)));
