@@ -149,6 +149,34 @@ struct ForgeConfig
     bool operator==(ForgeConfig const&) const = default;
 };
 
+/// The keys that SimulationLauncher obeys.
+struct SimulationLauncherConfig
+{
+    SimulationLauncherConfig() = default;
+
+    /// `maxConnections`: how many simulations may run at once, each with a port of its own; from files not
+    /// more than there are ports after `port`.
+    int max_simulations = 100;
+    /// `timeout`, in seconds: how long a simulation may run; the browser is told. In files less than 360
+    /// counts as 7200.
+    Duration timeout = std::chrono::hours(2);
+    Duration extendable{}; ///< In seconds: by how much browsers may extend `timeout`, in all.
+    /// `startTimeout`, in seconds: from the start of the program until it is ready; some worlds take minutes
+    /// to load. With containers, from the last line that compose printed, since it may have to pull an image
+    /// and to build.
+    Duration start_timeout = std::chrono::minutes(5);
+    /// `gateway`: browsers reach simulations through the server's own port, which then answers `Forward`;
+    /// `false`: at their own ports. Those of Webots R2021b and older that speak TLS are always reached at
+    /// their own. Default of a file, and of `SimulationConfig`: true; here it is false, since the adapter has
+    /// to know `Forward`.
+    bool gateway = false;
+    /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for
+    /// simulators.
+    std::vector<std::string> simulator_environment;
+    std::string multimedia_server; ///< `multimediaServer`: of Janus, for Webots R2021b and older.
+    std::string multimedia_stream; ///< `multimediaStream`: where Janus takes the stream, `<host>:<port>`.
+};
+
 /// How simulations run in containers.
 struct DockerConfig
 {
@@ -274,6 +302,7 @@ struct SimulationConfig
     SimulationConfig()
     {
         address.port = 2000;
+        launching.gateway = true;
         forges.emplace_back("https://github.com");
     }
 
@@ -282,6 +311,7 @@ struct SimulationConfig
     NetworkConfig network;
     AccessConfig access;
     SimulationServiceConfig service;
+    SimulationLauncherConfig launching;
     bool docker = false; ///< `docker`: simulations run in containers.
     DockerConfig containers;
     std::optional<SlurmConfig> slurm; ///< `launcher`: where simulations run. Default: on this machine.
@@ -319,23 +349,12 @@ struct SimulationConfig
     std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach:
                                             ///< `internet` (public addresses), `none`, `host`.
     LimitsConfig limits;                    ///< `simulationMemory` and the like.
-    /// `gateway`: browsers reach simulations through this server's own port; `false`: at their own ports.
-    bool gateway = true;
-    /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for
-    /// simulators.
-    std::vector<std::string> simulator_environment;
     /// `projectsDir`: templates that websites start with `init`. Empty: those that came with Webots.
     std::filesystem::path projects_dir;
     std::filesystem::path key_dir = "key"; ///< `keyDir`: a file per website, named as its host, with its key.
-    std::string multimedia_server;         ///< `multimediaServer`: of Janus, for Webots R2021b and older.
-    std::string multimedia_stream; ///< `multimediaStream`: where Janus takes the stream, `<host>:<port>`.
-    int max_connections = 100;     ///< `maxConnections`; not more than there are ports after `port`.
-    Duration timeout = std::chrono::hours(2); ///< `timeout`, in seconds; less than 360 counts as 7200.
-    Duration extendable{}; ///< In seconds: by how much browsers may extend `timeout`, in all.
-    Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
-    std::filesystem::path log_dir = "log";            ///< `logDir`
-    bool debug = false;    ///< `debug`: log to standard output instead of the file.
-    bool json_log = false; ///< `logFormat`: `text`, or `json` for programs that collect logs.
+    std::filesystem::path log_dir = "log"; ///< `logDir`
+    bool debug = false;                    ///< `debug`: log to standard output instead of the file.
+    bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
     Duration simulation_log_keep =
         std::chrono::hours(24 * 7); ///< `simulationLogDays`, in days; 0: none is written.
     bool monitor_log = true; ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.

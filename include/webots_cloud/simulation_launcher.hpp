@@ -1,6 +1,7 @@
 // Starts simulators and reports what they do: ready, running, idle, ended.
 #pragma once
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
@@ -28,23 +29,16 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 
 class SlurmMode;
 
-/// Which simulators SimulationLauncher starts, where, and for how long.
+/// What SimulationLauncher obeys, and what it has been given on this machine.
 struct SimulationLauncherParams
 {
     SimulationLauncherParams() = default;
 
+    SimulationLauncherConfig config;
     /// Absolute path of Webots, or of a program with the same command line.
     std::filesystem::path webots;
-    /// Simulators listen on `first_port` to `first_port + max_simulations - 1`.
+    /// Simulators listen on `first_port` to `first_port + config.max_simulations - 1`.
     std::uint16_t first_port = 2001;
-    int max_simulations = 100;
-    /// How long a simulation may run. Default 2 hours; the browser is told.
-    Duration timeout = std::chrono::hours(2);
-    /// By how much the browser may extend that, in all. Default 0: not at all.
-    Duration extendable{};
-    /// From the start of the program until it is ready. Default 5 min: some worlds take minutes to load. With
-    /// containers, from the last line that compose printed, since it may have to pull an image and to build.
-    Duration start_timeout = std::chrono::minutes(5);
     /// From SIGTERM to SIGKILL. Default 1.5 s.
     Duration grace = std::chrono::milliseconds(1500);
     /// What `DISPLAY` is set to. Default `:0`. Empty: it is not set.
@@ -53,22 +47,13 @@ struct SimulationLauncherParams
     PrivateDisplay private_display;
     /// Webots R2021b and older speak TLS themselves, with the certificate in their own folders.
     bool old_webots_tls = false;
-    /// For these versions, a Janus server that shows their pictures as video: its address for browsers, and
-    /// where it receives the stream. Default: none.
-    std::string old_webots_multimedia_server;
-    std::string old_webots_multimedia_stream;
     /// Our own environment, of which simulators get only what they need.
     std::vector<std::pair<std::string, std::string>> environment;
-    /// Further variables for them: `NAME` and `PREFIX_*` of our environment, and `NAME=value`.
-    std::vector<std::string> simulator_environment;
     /// How simulators are confined. Default: not at all. With containers Docker does it.
     SandboxParams sandbox;
-    /// Whether browsers reach simulators through the server alone, which then answers `Forward`; not those of
-    /// Webots R2021b and older with `old_webots_tls`. Default: no, since the adapter has to know `Forward`.
-    bool gateway = false;
-    /// With `gateway`: an absolute folder that only we may enter, of at most 100 bytes. Simulators with a
-    /// network of their own are reached through sockets in there, and no port of the machine is opened for
-    /// them. Empty: there is one for each, on all addresses.
+    /// With `config.gateway`: an absolute folder that only we may enter, of at most 100 bytes. Simulators
+    /// with a network of their own are reached through sockets in there, and no port of the machine is opened
+    /// for them. Empty: there is one for each, on all addresses.
     std::filesystem::path brokers;
     /// Of each simulation. A simulation that exceeds one is ended by the SimulationService. Default: none.
     /// With containers Docker keeps them.
@@ -177,7 +162,7 @@ public:
     virtual TimePoint ends_at() const noexcept = 0;
 
     /// Puts off its time limit by what is asked for, or by what is left of
-    /// `SimulationLauncherParams::extendable`. Returns: by how much.
+    /// `SimulationLauncherConfig::extendable`. Returns: by how much.
     virtual Duration extend(Duration asked) noexcept = 0;
 
     /// By how much its time limit can still be put off.

@@ -48,12 +48,12 @@ DockerModeParams docker_params(SimulationConfig const& config, SimulationMachine
     params.persistent_images = config.containers.persistent_images;
     params.identity = core::docker_identity(host_name(), config.address.port, machine.instances());
     params.environment = current_environment();
-    params.simulator_environment = config.simulator_environment;
+    params.simulator_environment = config.launching.simulator_environment;
     if (fs::exists("/dev/dri", failed))
         params.graphics_device = "/dev/dri";
     params.network = network.network;
     params.name_server = network.name_server;
-    params.gateway = config.gateway;
+    params.gateway = config.launching.gateway;
     params.own_displays = config.display == "private";
     if (params.own_displays || config.display == "none") {
         params.display.clear();
@@ -79,7 +79,8 @@ SlurmModeParams slurm_params(SimulationConfig const& config, fs::path guard)
     params.jobs = *config.slurm;
     params.identity = core::job_identity(host_name(), config.address.port);
     params.run = make_token().substr(0, 8);
-    params.time_limit = core::job_time_limit(config.timeout, config.extendable, config.start_timeout);
+    params.time_limit = core::job_time_limit(config.launching.timeout, config.launching.extendable,
+                                             config.launching.start_timeout);
     params.environment = current_environment();
     return params;
 }
@@ -90,8 +91,8 @@ fs::path broker_folder(SimulationConfig const& config, InstanceRoot const& root,
     constexpr std::size_t longest = 100; // names of sockets have 107 bytes, and ports five digits
     if (config.slurm)                    // jobs are on other machines
         return {};
-    if (!config.gateway || root.brokers().native().size() <= longest)
-        return config.gateway ? root.brokers() : fs::path();
+    if (!config.launching.gateway || root.brokers().native().size() <= longest)
+        return config.launching.gateway ? root.brokers() : fs::path();
     log.warning(concat("Simulations with a network of their own have open ports on this machine, although "
                        "\"gateway\" is true: the name of ",
                        root.brokers().native(), " is too long for sockets. Choose a shorter \"stateDir\"."));
@@ -102,7 +103,7 @@ fs::path broker_folder(SimulationConfig const& config, InstanceRoot const& root,
 /// containers get the environment of their image.
 void tell_environment(SimulationLauncherParams const& params, Logger const& log)
 {
-    auto const remarks = core::environment_remarks(params.environment, params.simulator_environment);
+    auto const remarks = core::environment_remarks(params.environment, params.config.simulator_environment);
     for (auto const& notice : remarks.notices)
         log.info(notice);
     for (auto const& warning : remarks.warnings)
@@ -157,7 +158,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, Simulat
                                          Logger const& log)
 {
     SimulationLauncherParams params;
-    params.gateway = config.gateway;
+    params.config = config.launching;
     params.brokers = broker_folder(config, machine.root, log);
     params.display = machine.trial.display.name;
     params.private_display = machine.trial.display.own;
@@ -173,18 +174,11 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, Simulat
     params.sandbox = machine.trial.sandbox.params;
     params.webots = machine.simulator.program;
     params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
-    params.max_simulations = config.max_connections;
-    params.timeout = config.timeout;
-    params.extendable = config.extendable;
-    params.start_timeout = config.start_timeout;
     params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite;
-    params.old_webots_multimedia_server = config.multimedia_server;
-    params.old_webots_multimedia_stream = config.multimedia_stream;
     params.environment = current_environment();
     for (auto& [name, value] : params.environment)
         if (name == "WEBOTS_HOME")
             value = absolute_path(value);
-    params.simulator_environment = config.simulator_environment;
     if (!config.docker)
         tell_environment(params, log);
     return params;

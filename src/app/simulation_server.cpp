@@ -108,7 +108,8 @@ SimulationServiceParams service_params(SimulationConfig const& config, app::Simu
 HttpServerParams server_params(SimulationConfig const& config, app::MachineTrial const& trial)
 {
     auto params = http_server_params(config.address.port, config.network);
-    params.spare_descriptors += descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
+    params.spare_descriptors +=
+        descriptors_per_simulation * static_cast<std::size_t>(config.launching.max_simulations);
     params.keeps_watches = !app::shared_user_risk(trial.user, trial.sandbox.params.user).empty();
     return params;
 }

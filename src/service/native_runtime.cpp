@@ -61,8 +61,8 @@ private:
 ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t port) const
 {
     ProcessSpec process;
-    process.environment =
-        core::simulator_environment(params_.environment, params_.simulator_environment, params_.display);
+    process.environment = core::simulator_environment(params_.environment,
+                                                      params_.config.simulator_environment, params_.display);
     process.directory = spec.world.parent_path();
     process.grace = params_.grace;
     process.limits = params_.limits;
@@ -71,8 +71,8 @@ ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t por
         stream.picture = spec.mode == "mjpeg";
         stream.controller_edit = spec.controller_edit;
         stream.ssl = params_.old_webots_tls;
-        stream.multimedia_server = params_.old_webots_multimedia_server;
-        stream.multimedia_stream = params_.old_webots_multimedia_stream;
+        stream.multimedia_server = params_.config.multimedia_server;
+        stream.multimedia_stream = params_.config.multimedia_stream;
         process.argv = core::old_webots_command(params_.webots, stream, port, spec.world);
         auto const& [sandbox, on] = core::old_webots_sandbox;
         core::set_variable(process.environment, sandbox, on);

@@ -333,7 +333,7 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
             busy += session->graphics_processors();
         text.add(busy);
     }
-    if (context_.launcher.params().gateway)
+    if (context_.launcher.params().config.gateway)
         write_traffic(text);
     context_.starts.write(text);
     context_.fetches.write(text);

@@ -44,7 +44,7 @@ constexpr auto news_interval = std::chrono::seconds(1);
 /// Webots that speaks TLS itself is spoken to by browsers themselves.
 bool uses_gateway(SimulationLauncherParams const& params, LaunchSpec const& spec)
 {
-    return params.gateway && !(spec.old_command_line && params.old_webots_tls);
+    return params.config.gateway && !(spec.old_command_line && params.old_webots_tls);
 }
 
 asio::awaitable<ProcessUsage> known_usage(ProcessUsage usage)
@@ -77,7 +77,8 @@ struct SimulationLauncher::Impl
     Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger,
          DockerMode* docker, SlurmMode* slurm)
         : params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)),
-          runtime(make_runtime(params, docker, slurm)), ports(params.first_port, params.max_simulations)
+          runtime(make_runtime(params, docker, slurm)),
+          ports(params.first_port, params.config.max_simulations)
     {}
 
     SimulationLauncherParams params;
@@ -119,7 +120,8 @@ public:
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
           runtime_(runtime), plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
-          limits_(params.limits), state_(clock.now(), params.start_timeout, params.timeout, params.extendable)
+          limits_(params.limits),
+          state_(clock.now(), params.config.start_timeout, params.config.timeout, params.config.extendable)
     {
         if (!plan_.job.empty())
             limits_.memory = plan_.job_memory;

@@ -43,7 +43,7 @@ core::AdmissionLimits limits_of(SimulationServiceParams const& service,
                                 SimulationLauncherParams const& launcher)
 {
     core::AdmissionLimits limits;
-    limits.max_simulations = launcher.max_simulations;
+    limits.max_simulations = launcher.config.max_simulations;
     limits.max_simulations_per_client = static_cast<std::size_t>(service.config.simulations_per_address);
     limits.max_silent = service.max_silent;
     limits.max_silent_per_client = service.silent_per_address;
@@ -218,7 +218,7 @@ std::optional<Failure> SimulationService::Impl::refuse_way(ChannelInfo const& in
         problem = "add it to \"trustedProxies\"";
     else if (!core::parse_public_base(info.public_address))
         problem = "what it says of itself makes no sense";
-    else if (!context.launcher.params().gateway)
+    else if (!context.launcher.params().config.gateway)
         problem = "set \"gateway\" to true";
     if (info.public_address.empty() || problem.empty())
         return std::nullopt;

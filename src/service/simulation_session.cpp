@@ -669,7 +669,7 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
         (void)channel.send(announcement);
     // Browsers that send `init` don't know the message.
     if (std::holds_alternative<core::StartMessage>(request_))
-        tell_time(channel, context_.launcher.params().timeout);
+        tell_time(channel, context_.launcher.params().config.timeout);
     co_return result<>();
 }
 
@@ -680,7 +680,7 @@ void SimulationSession::tell_time(Channel& channel, Duration left)
         return std::chrono::duration_cast<std::chrono::seconds>(time).count();
     };
     (void)channel.send(core::shutdown_timeout_message(seconds(left)));
-    if (core::can_extend(request_) && context_.launcher.params().extendable > Duration::zero())
+    if (core::can_extend(request_) && context_.launcher.params().config.extendable > Duration::zero())
         (void)channel.send(core::extendable_message(seconds(simulation_->extendable())));
 }
 
@@ -722,7 +722,7 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
         } else if (std::holds_alternative<SimulationAllocated>(*event)) {
             life_.extended(simulation_->ends_at());
             if (std::holds_alternative<core::StartMessage>(request_))
-                tell_time(channel, context_.launcher.params().timeout);
+                tell_time(channel, context_.launcher.params().config.timeout);
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             context_.starts.passed(core::StartStage::ready, life_.ready(context_.clock.now()));
             ++context_.changes;

@@ -57,19 +57,19 @@ void check(SimulationConfig const& config)
     check_network(config.network);
     check_plain({config.address.host, config.containers.directory.string(), config.containers.images,
                  config.webots_home.string(), config.display, config.projects_dir.string(),
-                 config.key_dir.string(), config.multimedia_server, config.multimedia_stream,
-                 config.log_dir.string()});
+                 config.key_dir.string(), config.launching.multimedia_server,
+                 config.launching.multimedia_stream, config.log_dir.string()});
     check_plain(config.service.repositories.allowed);
     check_plain(config.service.repositories.blocked);
     check_plain(config.service.notify);
     for (auto const& forge : config.forges)
         check_plain({forge.url, forge.directory.string()});
     int const editors = config.docker ? 500 : 0;
-    fuzz::require(config.address.port > 0 && config.max_connections > 0);
-    fuzz::require(config.address.port + config.max_connections + editors <= 65535);
-    fuzz::require(config.timeout >= std::chrono::seconds(360) &&
-                  config.start_timeout >= std::chrono::seconds(1));
-    fuzz::require(config.multimedia_stream.find_first_of(" \";") == std::string::npos);
+    fuzz::require(config.address.port > 0 && config.launching.max_simulations > 0);
+    fuzz::require(config.address.port + config.launching.max_simulations + editors <= 65535);
+    fuzz::require(config.launching.timeout >= std::chrono::seconds(360) &&
+                  config.launching.start_timeout >= std::chrono::seconds(1));
+    fuzz::require(config.launching.multimedia_stream.find_first_of(" \";") == std::string::npos);
 }
 
 template<class Config>

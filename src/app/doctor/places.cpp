@@ -130,9 +130,9 @@ Findings simulation_port_findings(SimulationConfig const& config)
         return {};
     auto const port_after = [&config](int i) { return static_cast<std::uint16_t>(config.address.port + i); };
     int free = 0;
-    for (int i = 1; i <= config.max_connections; ++i)
+    for (int i = 1; i <= config.launching.max_simulations; ++i)
         free += try_port({asio::ip::address_v4::any(), port_after(i)}) ? 0 : 1;
-    return {core::judge_simulation_ports(port_after(1), config.max_connections, free)};
+    return {core::judge_simulation_ports(port_after(1), config.launching.max_simulations, free)};
 }
 
 } // namespace webots_cloud::app

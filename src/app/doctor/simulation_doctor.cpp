@@ -192,9 +192,10 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     if (!viewpoint.is_running)
         for (auto& each : simulation_port_findings(config))
             findings.push_back(std::move(each));
-    for (auto& each : machine_findings(
-             wanted_memory(config),
-             files_per_simulation * static_cast<std::uint64_t>(config.max_connections) + other_files))
+    for (auto& each : machine_findings(wanted_memory(config),
+                                       files_per_simulation *
+                                               static_cast<std::uint64_t>(config.launching.max_simulations) +
+                                           other_files))
         findings.push_back(std::move(each));
     findings.insert(findings.end(), walls.begin(), walls.end());
     std::vector<Check> checks;

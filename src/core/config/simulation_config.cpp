@@ -107,20 +107,20 @@ void complete_session_servers(ConfigReader& reader, std::vector<std::string>& se
 void limit_connections(SimulationConfig& config, fs::path const& origin, std::vector<std::string>& warnings)
 {
     int const room = (config.docker ? max_port - core::editor_distance : max_port) - config.address.port;
-    if (config.max_connections <= room)
+    if (config.launching.max_simulations <= room)
         return;
-    warnings.push_back(concat(origin.string(), ": key \"maxConnections\": only ", std::to_string(room),
-                              " simulations at once instead of ", std::to_string(config.max_connections),
-                              ", since there are no more ports above \"port\" (",
-                              std::to_string(config.address.port), ")"));
-    config.max_connections = room;
+    warnings.push_back(
+        concat(origin.string(), ": key \"maxConnections\": only ", std::to_string(room),
+               " simulations at once instead of ", std::to_string(config.launching.max_simulations),
+               ", since there are no more ports above \"port\" (", std::to_string(config.address.port), ")"));
+    config.launching.max_simulations = room;
 }
 
 /// Unless the operator has said it: a class behind one address has room, and leaves some to others.
 void share_connections(ConfigReader const& reader, SimulationConfig& config)
 {
     if (!reader.has("simulationsPerAddress"))
-        config.service.simulations_per_address = (3 * config.max_connections + 3) / 4;
+        config.service.simulations_per_address = (3 * config.launching.max_simulations + 3) / 4;
 }
 
 /// Repositories that are on none of the forges have no effect.
@@ -143,7 +143,7 @@ void warn_of_foreign(std::string_view key, std::vector<std::string> const& repos
 void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& origin,
                               std::vector<std::string>& warnings)
 {
-    if (config.gateway || config.network.ssl_certificate.empty() || !config.address.ssl ||
+    if (config.launching.gateway || config.network.ssl_certificate.empty() || !config.address.ssl ||
         config.address.port_rewrite)
         return;
     warnings.push_back(concat(
@@ -159,7 +159,7 @@ void warn_of_assumed_tls(ConfigReader const& reader, SimulationConfig const& con
     bool const is_told = !config.network.ssl_certificate.empty(); // by warn_of_plain_simulators
     if (reader.has("ssl") || config.address.port_rewrite || is_told)
         return;
-    if (config.gateway) {
+    if (config.launching.gateway) {
         warnings.push_back(concat(
             origin.string(), ": key \"ssl\" is missing and counts as true: browsers are sent to wss://",
             config.address.host, ":", std::to_string(config.address.port),
@@ -179,9 +179,9 @@ void warn_of_assumed_tls(ConfigReader const& reader, SimulationConfig const& con
 void check_multimedia(ConfigReader& reader, SimulationConfig const& config)
 {
     constexpr auto* separators = " \t\";";
-    if (config.multimedia_server.find_first_of(separators) != std::string::npos)
+    if (config.launching.multimedia_server.find_first_of(separators) != std::string::npos)
         reader.refuse("multimediaServer", "an address without spaces, quotes and semicolons");
-    if (config.multimedia_stream.find_first_of(separators) != std::string::npos)
+    if (config.launching.multimedia_stream.find_first_of(separators) != std::string::npos)
         reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
 }
 
@@ -189,7 +189,7 @@ void check_simulator_environment(ConfigReader& reader, SimulationConfig const& c
 {
     constexpr std::string_view key = "simulatorEnvironment";
     constexpr std::size_t longest = 128 * 1024; // of all entries: no program is started with much more
-    auto const& entries = config.simulator_environment;
+    auto const& entries = config.launching.simulator_environment;
     std::size_t size = 0;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         std::string_view const entry = entries[i];
@@ -290,7 +290,7 @@ void read_launcher(ConfigReader& reader, SimulationConfig& config)
         reader.refuse("launcher", "no \"slurm\" together with \"docker\"");
     if (config.slurm && config.simulation_user != "auto" && config.simulation_user != "none")
         reader.refuse("simulationUser", "\"auto\" or \"none\", since jobs of Slurm are this server's user's");
-    if (config.slurm && !config.gateway)
+    if (config.slurm && !config.launching.gateway)
         reader.refuse("launcher", "no \"slurm\" where \"gateway\" is false: browsers don't reach nodes");
 }
 
@@ -329,7 +329,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     check_labels(*reader, config.labels);
     read_launcher(*reader, config);
     check_simulator_environment(*reader, config);
-    if (config.docker && config.max_connections >= core::editor_distance)
+    if (config.docker && config.launching.max_simulations >= core::editor_distance)
         reader->refuse(
             "maxConnections",
             "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
@@ -344,7 +344,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     limit_connections(config, origin, configured.warnings);
     share_connections(*reader, config);
     warn_of_plain_simulators(config, origin, configured.warnings);
-    if (!config.gateway && config.service.traffic_limit > 0)
+    if (!config.launching.gateway && config.service.traffic_limit > 0)
         configured.warnings.push_back(
             concat(origin.string(), ": key \"trafficLimit\" has no effect, since \"gateway\" is false"));
     warn_of_assumed_tls(*reader, config, origin, configured.warnings);
@@ -354,8 +354,8 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
                     configured.warnings);
     warn_of_foreign("blockedRepositories", config.service.repositories.blocked, config, origin,
                     configured.warnings);
-    if (config.timeout < std::chrono::seconds(360)) {
-        config.timeout =
+    if (config.launching.timeout < std::chrono::seconds(360)) {
+        config.launching.timeout =
             std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it
         configured.warnings.push_back(
             concat(origin.string(), ": key \"timeout\": less than 360 counts as 7200"));

@@ -23,7 +23,7 @@ constexpr auto simulation_address = joined(
            std::array{
                ConfigKey{
                    .name = "gateway",
-                   .value = member<&SimulationConfig::gateway>,
+                   .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::gateway>,
                    .text = "browsers reach simulations through this server's own port, at an "
                            "address that nobody can guess; `false`: at their ports, see "
                            "[docs/gateway.md](docs/gateway.md#in-front-of-simulations)",
@@ -205,15 +205,15 @@ constexpr std::array simulation_programs{
                   "[docs/sandboxes.md](docs/sandboxes.md#displays)",
               .absent = "`DISPLAY`; else `:0`, or `private` where that is not there"},
     ConfigKey{.name = "simulatorEnvironment",
-              .value = member<&SimulationConfig::simulator_environment>,
+              .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::simulator_environment>,
               .text = "environment variables that simulators get in addition to those that Webots, drivers, "
                       R"(languages, ROS and networks need: `"NAME"`, `"PREFIX_*"`, and `"NAME=value"`, see )"
                       "[docs/machine.md](docs/machine.md#the-environment-of-simulators)"},
     ConfigKey{.name = "multimediaServer",
-              .value = member<&SimulationConfig::multimedia_server>,
+              .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::multimedia_server>,
               .text = "passed to Webots R2021b and older: where the operator's Janus server is"},
     ConfigKey{.name = "multimediaStream",
-              .value = member<&SimulationConfig::multimedia_stream>,
+              .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::multimedia_stream>,
               .text = "passed to Webots R2021b and older: where Janus takes the stream"},
     ConfigKey{.name = "labels",
               .value = member<&SimulationConfig::labels>,
@@ -307,7 +307,7 @@ constexpr std::array simulation_walls{
 
 constexpr std::array simulation_visitors{
     ConfigKey{.name = "maxConnections",
-              .value = member<&SimulationConfig::max_connections>,
+              .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::max_simulations>,
               .text = "maximum number of simulations, at most as many as there are ports",
               .min = 1,
               .max = 10'000},
@@ -327,12 +327,12 @@ constexpr std::array simulation_visitors{
               .max = 10'000,
               .reloaded = true},
     ConfigKey{.name = "timeout",
-              .value = member<&SimulationConfig::timeout>,
+              .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::timeout>,
               .text = "maximum duration of a simulation; less than 360 counts as 7200",
               .unit = "seconds",
               .max = max_seconds},
     ConfigKey{.name = "extendable",
-              .value = member<&SimulationConfig::extendable>,
+              .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::extendable>,
               .text =
                   "time by which people may extend `timeout` for their simulation, in all, with a button of "
                   "the viewer; 0: not at all, see "
@@ -340,7 +340,7 @@ constexpr std::array simulation_visitors{
               .unit = "seconds",
               .max = max_seconds},
     ConfigKey{.name = "startTimeout",
-              .value = member<&SimulationConfig::start_timeout>,
+              .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::start_timeout>,
               .text = "maximum time that a simulation takes to get ready",
               .unit = "seconds",
               .min = 1,

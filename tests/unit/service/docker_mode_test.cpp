@@ -69,9 +69,9 @@ SimulationLauncherParams launcher_params(std::uint64_t disk)
 {
     SimulationLauncherParams params;
     params.limits.disk = disk;
-    params.max_simulations = 2;
-    params.timeout = 6000s;
-    params.start_timeout = 300s;
+    params.config.max_simulations = 2;
+    params.config.timeout = 6000s;
+    params.config.start_timeout = 300s;
     return params;
 }
 

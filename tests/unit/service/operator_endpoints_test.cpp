@@ -36,7 +36,7 @@ SimulationLauncherParams launcher_params(int max_simulations)
 {
     SimulationLauncherParams params;
     params.webots = "/opt/webots/webots";
-    params.max_simulations = max_simulations;
+    params.config.max_simulations = max_simulations;
     return params;
 }
 

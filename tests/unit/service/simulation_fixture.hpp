@@ -53,12 +53,12 @@ inline SimulationLauncherParams simulation_launcher_params(int max_simulations,
                                                            bool gateway = false)
 {
     SimulationLauncherParams params;
-    params.gateway = gateway;
+    params.config.gateway = gateway;
     params.limits = limits;
     params.webots = "/opt/webots/webots";
-    params.max_simulations = max_simulations;
-    params.timeout = std::chrono::seconds(600);
-    params.start_timeout = std::chrono::seconds(300);
+    params.config.max_simulations = max_simulations;
+    params.config.timeout = std::chrono::seconds(600);
+    params.config.start_timeout = std::chrono::seconds(300);
     return params;
 }
 

@@ -30,11 +30,11 @@ SimulationLauncherParams launcher_params()
 {
     SimulationLauncherParams params;
     params.webots = "/opt/webots/webots";
-    params.max_simulations = 2;
-    params.timeout = 600s;
-    params.start_timeout = 300s;
+    params.config.max_simulations = 2;
+    params.config.timeout = 600s;
+    params.config.start_timeout = 300s;
     params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}, {"DISPLAY", ":9"}};
-    params.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
+    params.config.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
     return params;
 }
 
@@ -551,7 +551,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_nobody_has_asked_about_is_ended_at_its_li
 BOOST_AUTO_TEST_CASE(a_life_that_is_shorter_than_a_start_ends_the_start)
 {
     auto params = launcher_params();
-    params.timeout = 10s;
+    params.config.timeout = 10s;
     Fixture fixture(params);
     fixture.processes.expect().prints("loading\n");
     auto const simulation = fixture.launched();

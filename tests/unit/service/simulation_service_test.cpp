@@ -1049,7 +1049,7 @@ BOOST_AUTO_TEST_CASE(who_asks_for_heartbeats_hears_one_every_second_and_others_n
 BOOST_AUTO_TEST_CASE(a_browser_extends_its_simulation_as_far_as_the_operator_allows)
 {
     auto launching = simulation_launcher_params(2);
-    launching.extendable = 500s;
+    launching.config.extendable = 500s;
     Fixture fixture(simulation_service_params(30s), std::move(launching));
     fixture.processes.expect().prints(".\n");
     auto& browser =

@@ -45,9 +45,9 @@ SimulationLauncherParams launcher_with_jobs()
 {
     SimulationLauncherParams params;
     params.webots = "/opt/webots/webots";
-    params.timeout = 600s;
-    params.start_timeout = 300s;
-    params.gateway = true;
+    params.config.timeout = 600s;
+    params.config.start_timeout = 300s;
+    params.config.gateway = true;
     return params;
 }
 

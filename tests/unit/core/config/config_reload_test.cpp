@@ -75,7 +75,7 @@ BOOST_AUTO_TEST_CASE(what_may_change_is_copied_and_named_and_the_rest_stays)
     BOOST_TEST(changes.waiting == Keys{"maxConnections"}, boost::test_tools::per_element());
     BOOST_TEST(in_force.service.title == "new");
     BOOST_TEST(in_force.service.repositories.share_idle_time == 50);
-    BOOST_TEST(in_force.max_connections == 8);
+    BOOST_TEST(in_force.launching.max_simulations == 8);
     BOOST_TEST(core::take_reloaded(in_force, next).applied.empty());
 }
 

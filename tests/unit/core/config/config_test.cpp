@@ -455,9 +455,9 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST(config.address.port == 2000);
     BOOST_TEST(config.address.ssl);
     BOOST_TEST(config.address.port_rewrite);
-    BOOST_TEST(config.max_connections == 100);
+    BOOST_TEST(config.launching.max_simulations == 100);
     BOOST_TEST(config.service.repositories.share_idle_time == 50);
-    BOOST_TEST((config.timeout == std::chrono::seconds(7200)));
+    BOOST_TEST((config.launching.timeout == std::chrono::seconds(7200)));
     BOOST_TEST_REQUIRE(config.forges.size() == 1u);
     BOOST_TEST(config.forges[0].url == "https://github.com");
     BOOST_TEST(config.projects_dir.empty());
@@ -481,7 +481,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
 BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
 {
     auto const config = parse_simulation_config("{}", "/etc/c.json").value().config;
-    BOOST_TEST((config.start_timeout == std::chrono::seconds(300)));
+    BOOST_TEST((config.launching.start_timeout == std::chrono::seconds(300)));
     BOOST_TEST(!config.service.reconnect_grace);
     BOOST_TEST(!config.service.reference_load);
     BOOST_TEST((config.simulation_log_keep == std::chrono::hours(24 * 7)));
@@ -490,7 +490,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
     BOOST_TEST(config.containers.images == "cyberbotics/webots.cloud");
     BOOST_TEST(!config.containers.project_dockerfiles);
     BOOST_TEST(!config.json_log);
-    BOOST_TEST(config.gateway);
+    BOOST_TEST(config.launching.gateway);
     BOOST_TEST(config.service.traffic_limit == 0u);
 }
 
@@ -591,15 +591,15 @@ BOOST_AUTO_TEST_CASE(no_more_simulations_are_taken_than_there_are_ports)
         return parse_simulation_config(R"({"server":"h",)" + std::string(keys) + "}", "c.json").value();
     };
     auto const five = read(R"("port":65530)");
-    BOOST_TEST(five.config.max_connections == 5);
+    BOOST_TEST(five.config.launching.max_simulations == 5);
     BOOST_TEST(five.warnings ==
                std::vector<std::string>{
                    "c.json: key \"maxConnections\": only 5 simulations at once instead of 100, since there "
                    "are no more ports above \"port\" (65530)"});
     auto const editors = read(R"("port":65030,"docker":true)");
-    BOOST_TEST(editors.config.max_connections == 5);
+    BOOST_TEST(editors.config.launching.max_simulations == 5);
     auto const enough = read(R"("port":65530,"maxConnections":5)");
-    BOOST_TEST(enough.config.max_connections == 5);
+    BOOST_TEST(enough.config.launching.max_simulations == 5);
     BOOST_TEST(enough.warnings.empty());
 }
 
@@ -704,7 +704,7 @@ BOOST_AUTO_TEST_CASE(the_simulators_environment_is_a_list_of_names_patterns_and_
                                            std::string(more) + "}",
                                        "c.json");
     };
-    BOOST_TEST(parse(R"(["LAB_HOST","VGL_*","MODE=a b"])")->config.simulator_environment ==
+    BOOST_TEST(parse(R"(["LAB_HOST","VGL_*","MODE=a b"])")->config.launching.simulator_environment ==
                    (std::vector<std::string>{"LAB_HOST", "VGL_*", "MODE=a b"}),
                boost::test_tools::per_element());
     BOOST_TEST(parse("[]")->warnings.empty());
@@ -824,8 +824,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
              return c.labels == Texts{"gpu", "R2025a"};
          }},
         {R"("webotsHome":"/w")", [](auto const& c) { return c.webots_home == "/w"; }},
-        {R"("maxConnections":7)", [](auto const& c) { return c.max_connections == 7; }},
-        {R"("timeout":400)", [](auto const& c) { return c.timeout == std::chrono::seconds(400); }},
+        {R"("maxConnections":7)", [](auto const& c) { return c.launching.max_simulations == 7; }},
+        {R"("timeout":400)", [](auto const& c) { return c.launching.timeout == std::chrono::seconds(400); }},
         {R"("logDir":"/l")", [](auto const& c) { return c.log_dir == "/l"; }},
         {R"("confineServer":false)", [](auto const& c) { return !c.confine_server; }},
         {R"("monitorLogEnabled":false)", [](auto const& c) { return !c.monitor_log; }},
@@ -842,20 +842,24 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("buildNetwork":true)", [](auto const& c) { return c.containers.build_network; }},
         {R"("keyDir":"/k")", [](auto const&) { return true; }},
         {R"("multimediaServer":"m","multimediaStream":"s")",
-         [](auto const& c) { return c.multimedia_server == "m" && c.multimedia_stream == "s"; }},
+         [](auto const& c) {
+             return c.launching.multimedia_server == "m" && c.launching.multimedia_stream == "s";
+         }},
         {R"("publicPort":80)", [](auto const&) { return true; }},
         // ours
         {R"("caFile":"/tls/campus.pem")", [](auto const& c) { return c.ca_file == "/tls/campus.pem"; }},
         {R"("stateDir":"/s")", [](auto const& c) { return c.state_dir == "/s"; }},
-        {R"("extendable":900)", [](auto const& c) { return c.extendable == std::chrono::seconds(900); }},
-        {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
+        {R"("extendable":900)",
+         [](auto const& c) { return c.launching.extendable == std::chrono::seconds(900); }},
+        {R"("startTimeout":20)",
+         [](auto const& c) { return c.launching.start_timeout == std::chrono::seconds(20); }},
         {R"("reconnectGrace":1.5)",
          [](auto const& c) { return c.service.reconnect_grace == std::chrono::milliseconds(1500); }},
         {R"("reconnectGrace":0)",
          [](auto const& c) { return c.service.reconnect_grace == Duration::zero(); }},
         {R"("simulationLogDays":0.5)",
          [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
-        {R"("gateway":false)", [](auto const& c) { return !c.gateway; }},
+        {R"("gateway":false)", [](auto const& c) { return !c.launching.gateway; }},
         {R"("trafficLimit":2500000)", [](auto const& c) { return c.service.traffic_limit == 2'500'000; }},
         {R"("loadFormula":"reference")", [](auto const& c) { return c.service.reference_load; }},
         {R"("fetchMemory":256)", [](auto const& c) { return c.fetch_memory == std::uint64_t{256} << 20; }},
@@ -1000,9 +1004,9 @@ BOOST_AUTO_TEST_CASE(trust_in_everybody_is_warned_of)
 BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)
 {
     auto const configured = parse_simulation_config(R"({"server":"h","timeout":359})", "c.json").value();
-    BOOST_TEST((configured.config.timeout == std::chrono::seconds(7200)));
+    BOOST_TEST((configured.config.launching.timeout == std::chrono::seconds(7200)));
     BOOST_TEST(configured.warnings.size() == 1u);
-    BOOST_TEST((parse_simulation_config(R"({"timeout":360})", "c.json")->config.timeout ==
+    BOOST_TEST((parse_simulation_config(R"({"timeout":360})", "c.json")->config.launching.timeout ==
                 std::chrono::seconds(360)));
 }
 
