@@ -177,19 +177,23 @@ struct SimulationLauncherConfig
     std::string multimedia_stream; ///< `multimediaStream`: where Janus takes the stream, `<host>:<port>`.
 };
 
-/// How simulations run in containers.
+/// The keys that DockerMode obeys: how simulations run in containers.
 struct DockerConfig
 {
     DockerConfig() = default;
 
-    /// `dockerDir`: the compose files and the Dockerfile. Default: the folder `docker` beside the
-    /// configuration.
+    /// `dockerDir`: the folder with the operator's `docker-compose-*.yml`, `Dockerfile.default` and
+    /// `seccomp.json`. Default: the folder `docker` beside the configuration.
     std::filesystem::path directory = "docker";
     std::string images = "cyberbotics/webots.cloud"; ///< `dockerImages`: of Webots, without a tag.
-    bool project_dockerfiles =
-        false; ///< `projectDockerfiles`: a project's own `Dockerfile` is built in place of ours.
-    bool build_network = false; ///< `buildNetwork`: builds of projects' Dockerfiles have Docker's network.
-    /// `persistantDockerImages`: present, old images are removed, but these (`repository:tag`).
+    /// `projectDockerfiles`: a project's own `Dockerfile` is built in place of ours. Its compose file is
+    /// never used.
+    bool project_dockerfiles = false;
+    /// `buildNetwork`: where simulators have a network of their own, what a `Dockerfile` of a project runs
+    /// while it is built still reaches what Docker's network reaches, private networks among it.
+    bool build_network = false;
+    /// `persistantDockerImages`: present, unused images older than two days are removed, but these
+    /// (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
 
     bool operator==(DockerConfig const&) const = default;

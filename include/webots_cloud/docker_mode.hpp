@@ -1,6 +1,7 @@
 // Simulations in containers (protocol section 6.3): prepares projects for compose, and cleans up after them.
 #pragma once
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/process_limits.hpp>
@@ -15,7 +16,6 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,45 +24,34 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct LaunchSpec;
 
-/// Which programs, images and files DockerMode makes containers with.
+/// What DockerMode obeys, and what it has been given on this machine.
 struct DockerModeParams
 {
     DockerModeParams() = default;
 
+    DockerConfig config; ///< Its `directory` is absolute.
+    /// That of the launcher, of which containers obey two keys: with `gateway` the ports that Docker opens
+    /// are reached from this machine alone, and docker gets the variables of `simulator_environment`, to
+    /// which compose files can refer.
+    SimulationLauncherConfig launching;
     /// Absolute paths of the programs; empty: not installed.
     std::filesystem::path docker;
     std::filesystem::path docker_compose;
     /// The program that lets containers use this machine's screen; empty: they can't.
     std::filesystem::path xhost;
-    /// The folder with the operator's `docker-compose-*.yml`, `Dockerfile.default` and `seccomp.json`.
-    std::filesystem::path templates;
-    /// The repository of the default images, without a tag.
-    std::string images = "cyberbotics/webots.cloud";
     /// Names this server among all that run containers on this machine, and stays the same from run to run:
     /// `webots-2000-1f3a9c4d`. Compose's project names begin with it, so that left-overs are recognised.
     std::string identity;
-    /// Use the `Dockerfile` of a project instead of ours. Its compose file is never used.
-    bool project_dockerfiles = false;
-    /// Where simulators have a network of their own: what a `Dockerfile` of a project runs while it is built
-    /// still reaches what Docker's network reaches, private networks among it. Default: nothing.
-    bool build_network = false;
-    /// Present: unused images older than two days are removed, except these (`repository:tag`).
-    std::optional<std::vector<std::string>> persistent_images;
     std::string display = ":0"; ///< On which containers draw; they see no other. Empty: none of this machine.
     ProcessLimits limits;       ///< Of each container, and each step of a build. Default: none.
     bool own_displays = false;  ///< Each starts an X server of its own (`xvfb-run` in the image).
     /// What simulators reach. Needs root, but for `host`, which is what Docker's own networks reach.
     ProcessNetwork network;
     std::string name_server; ///< Where they ask for names then; empty: nowhere.
-    /// Ports that Docker opens are reached from this machine alone: browsers come through the server.
-    bool gateway = false;
     /// The graphics device for the containers, or `/dev/null`.
     std::string graphics_device = "/dev/null";
     /// Our own environment, of which docker gets only what it needs.
     std::vector<std::pair<std::string, std::string>> environment;
-    /// Further variables for docker, to which compose files can refer: `NAME` and `PREFIX_*` of our
-    /// environment, and `NAME=value`.
-    std::vector<std::string> simulator_environment;
 };
 
 /// What docker mode asks of the machine.

@@ -37,23 +37,19 @@ DockerModeParams docker_params(SimulationConfig const& config, SimulationMachine
 {
     auto const& network = machine.trial.container_network;
     DockerModeParams params;
+    params.config = config.containers;
+    params.launching = config.launching;
     params.limits = machine.limits;
     params.docker = find_program("docker");
     params.docker_compose = find_program("docker-compose");
     std::error_code failed;
-    params.templates = fs::weakly_canonical(config.containers.directory, failed);
-    params.images = config.containers.images;
-    params.project_dockerfiles = config.containers.project_dockerfiles;
-    params.build_network = config.containers.build_network;
-    params.persistent_images = config.containers.persistent_images;
+    params.config.directory = fs::weakly_canonical(config.containers.directory, failed);
     params.identity = core::docker_identity(host_name(), config.address.port, machine.instances());
     params.environment = current_environment();
-    params.simulator_environment = config.launching.simulator_environment;
     if (fs::exists("/dev/dri", failed))
         params.graphics_device = "/dev/dri";
     params.network = network.network;
     params.name_server = network.name_server;
-    params.gateway = config.launching.gateway;
     params.own_displays = config.display == "private";
     if (params.own_displays || config.display == "none") {
         params.display.clear();

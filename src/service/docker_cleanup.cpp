@@ -125,8 +125,8 @@ asio::awaitable<Arguments> DockerCleanup::find_old_images()
     Arguments list{"images", "--format", std::string(core::image_format)};
     auto const listing = co_await commands_.docker(std::move(list));
     core::ImagePolicy policy;
-    policy.repository = params_.images;
-    policy.persistent = *params_.persistent_images;
+    policy.repository = params_.config.images;
+    policy.persistent = *params_.config.persistent_images;
     auto found = core::old_images(listing ? *listing : std::string(), policy, clock_.wall());
     auto list_builds = core::list_builds(params_.identity);
     auto const builds = co_await commands_.docker(std::move(list_builds));
@@ -137,7 +137,7 @@ asio::awaitable<Arguments> DockerCleanup::find_old_images()
 
 asio::awaitable<void> DockerCleanup::remove_old_images()
 {
-    if (!params_.persistent_images)
+    if (!params_.config.persistent_images)
         co_return;
     auto const found = co_await find_old_images();
     for (auto const& image : found) {

@@ -17,7 +17,7 @@ ProcessSpec DockerCommands::spec(std::vector<std::string> argv) const
 {
     ProcessSpec spec;
     spec.argv = std::move(argv);
-    spec.environment = core::docker_environment(params_.environment, params_.simulator_environment);
+    spec.environment = core::docker_environment(params_.environment, params_.launching.simulator_environment);
     spec.directory = "/";
     spec.grace = Duration::zero();
     return spec;

@@ -54,12 +54,12 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     if (core::compose_services(*compose_file).empty())
         co_return core::refused(core::Refused::no_compose_services,
                                 {{"file", core::compose_template_file(yml->kind)}});
-    bool const own = texts.dockerfile && params_.project_dockerfiles;
+    bool const own = texts.dockerfile && params_.config.project_dockerfiles;
     bool const competes = yml->kind == core::ComposeTemplate::competition;
     // Of our Dockerfile nothing but a project's Makefile is run.
-    auto walls = walls_of(*compose_file, own ? !params_.build_network : texts.has_makefile, competes);
+    auto walls = walls_of(*compose_file, own ? !params_.config.build_network : texts.has_makefile, competes);
     Names names{core::system_calls_template};
-    auto const system_calls = co_await files_.read(params_.templates, std::move(names));
+    auto const system_calls = co_await files_.read(params_.config.directory, std::move(names));
     if (!system_calls)
         co_return system_calls.error();
     walls.system_calls = system_calls->front().has_value();
@@ -89,7 +89,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     project.own_network = walls.own_network;
     project.token = std::move(walls.token);
     project.notes = core::unused_file_notes(texts, own);
-    if (walls.own_network && (own || competes) && !params_.build_network)
+    if (walls.own_network && (own || competes) && !params_.config.build_network)
         project.notes.emplace_back("The Dockerfile of the project is built without a network, unless this "
                                    "server's operator sets \"buildNetwork\".");
     co_return project;
@@ -108,7 +108,7 @@ core::ContainerWalls DockerProjectFiles::walls_of(std::string const& compose_fil
     walls.limits = params_.limits;
     walls.token = hooks_.new_token();
     walls.builds_without_network = walls.own_network && confines_build;
-    walls.controller_builds_without_network = walls.own_network && competes && !params_.build_network;
+    walls.controller_builds_without_network = walls.own_network && competes && !params_.config.build_network;
     return walls;
 }
 
@@ -121,7 +121,7 @@ std::filesystem::path DockerProjectFiles::display_socket() const
 result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const& spec, std::uint16_t port,
                                                                 std::string const& runtime) const
 {
-    auto image = core::default_docker_image(params_.images, spec.world_header);
+    auto image = core::default_docker_image(params_.config.images, spec.world_header);
     if (!image)
         return image.error();
     core::DockerEnvironment environment;
@@ -135,7 +135,7 @@ result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const
     environment.own_display = params_.own_displays;
     environment.runtime = runtime;
     environment.graphics_device = params_.graphics_device;
-    if (params_.gateway)
+    if (params_.launching.gateway)
         environment.port_prefix = "127.0.0.1:";
     return environment;
 }
@@ -143,7 +143,7 @@ result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const
 core::DockerfileTerms DockerProjectFiles::dockerfile_terms(core::DockerEnvironment const& environment) const
 {
     core::DockerfileTerms terms;
-    terms.images = params_.images;
+    terms.images = params_.config.images;
     terms.default_image = environment.image;
     terms.server = params_.identity;
     return terms;
@@ -187,12 +187,12 @@ DockerProjectFiles::choose_dockerfile(core::ProjectTexts const& texts, bool own,
 asio::awaitable<result<std::string>> DockerProjectFiles::read_template(std::string name)
 {
     Names names{name};
-    auto texts = co_await files_.read(params_.templates, std::move(names));
+    auto texts = co_await files_.read(params_.config.directory, std::move(names));
     if (!texts)
         co_return texts.error();
     if (!texts->front())
         co_return core::refused(core::Refused::no_docker_template,
-                                {{"file", name}, {"folder", params_.templates.string()}});
+                                {{"file", name}, {"folder", params_.config.directory.string()}});
     co_return std::move(*texts->front());
 }
 
@@ -208,7 +208,7 @@ DockerProjectFiles::competition_files(LaunchSpec const& spec, core::DockerfileTe
     texts.world = project->at(0);
     texts.controller_dockerfile = project->at(1);
     Names launcher{core::controller_launcher};
-    auto const ours = co_await files_.read(params_.templates, std::move(launcher));
+    auto const ours = co_await files_.read(params_.config.directory, std::move(launcher));
     if (!ours)
         co_return ours.error();
     texts.launcher = ours->front();

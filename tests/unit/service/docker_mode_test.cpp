@@ -51,10 +51,10 @@ DockerModeParams docker_params()
     DockerModeParams params;
     params.docker = "/bin/docker";
     params.docker_compose = "/bin/docker-compose";
-    params.templates = "/templates";
+    params.config.directory = "/templates";
     params.identity = "webots-2000-1f3a9c4d";
     params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}};
-    params.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
+    params.launching.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
     return params;
 }
 
@@ -801,7 +801,7 @@ BOOST_AUTO_TEST_CASE(files_of_the_project_are_replaced_and_the_browser_is_told)
 BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
 {
     auto params = docker_params();
-    params.project_dockerfiles = true;
+    params.config.project_dockerfiles = true;
     Fixture fixture(params);
     fixture.open();
     fixture.files.texts[std::string(root) + "/Dockerfile"] = "FROM ${WEBOTS_DEFAULT_IMAGE}";
@@ -827,8 +827,8 @@ BOOST_AUTO_TEST_CASE(dockerfiles_of_projects_are_built_without_a_network_unless_
         for (bool const allowed : {true, false}) {
             auto params = docker_params();
             params.network.reach = ProcessNetwork::Reach::internet;
-            params.project_dockerfiles = !competes;
-            params.build_network = allowed;
+            params.config.project_dockerfiles = !competes;
+            params.config.build_network = allowed;
             Fixture fixture(params);
             fixture.open();
             std::string const file = competes ? "controllers/Dockerfile" : "Dockerfile";
@@ -858,7 +858,7 @@ BOOST_AUTO_TEST_CASE(a_dockerfile_that_starts_from_another_simulation_is_not_bui
 {
     for (bool const competes : {true, false}) {
         auto params = docker_params();
-        params.project_dockerfiles = !competes;
+        params.config.project_dockerfiles = !competes;
         Fixture fixture(params);
         fixture.open();
         std::string const file = competes ? "controllers/Dockerfile" : "Dockerfile";
@@ -1048,7 +1048,7 @@ BOOST_AUTO_TEST_CASE(what_compose_left_is_removed_when_the_simulation_ends)
 BOOST_AUTO_TEST_CASE(old_images_go_only_where_the_operator_has_named_those_that_stay)
 {
     auto params = docker_params();
-    params.persistent_images = Texts{"cyberbotics/webots.cloud:R2025a-ubuntu22.04"};
+    params.config.persistent_images = Texts{"cyberbotics/webots.cloud:R2025a-ubuntu22.04"};
     Fixture fixture(params);
     fixture.open();
     fixture.processes.expect();

@@ -626,7 +626,7 @@ struct ContainerFixture : Fixture
     {
         DockerModeParams params;
         params.docker = "/bin/docker";
-        params.templates = "/templates";
+        params.config.directory = "/templates";
         params.identity = "webots-2000-1f3a9c4d";
         return params;
     }
