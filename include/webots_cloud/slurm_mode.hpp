@@ -20,11 +20,12 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// Which programs SlurmMode talks to Slurm with, and what it asks for.
+/// What SlurmMode obeys, and what it has been given on this machine.
 struct SlurmModeParams
 {
     SlurmModeParams() = default;
 
+    SlurmConfig config;
     /// Absolute paths of the programs; empty: not installed.
     std::filesystem::path srun;
     std::filesystem::path scancel;
@@ -33,14 +34,11 @@ struct SlurmModeParams
     std::filesystem::path getent; ///< Of the C library: finds the addresses of nodes.
     std::filesystem::path tar;    ///< Where projects are copied to the nodes.
     std::filesystem::path guard;  ///< `webots-process-guard`, which is there on the nodes too.
-    SlurmConfig jobs;
     /// Names this server among all that use the cluster, and stays the same from run to run, as in
     /// `webots_cloud_robots_2000_`. The names of its jobs begin with it, so that left-overs are recognised.
     std::string identity;
     /// Tells the names of this run's jobs from those of earlier ones.
     std::string run;
-    /// The limit of jobs whose configuration has none: longer than simulations may run.
-    Duration time_limit = std::chrono::hours(3);
     /// Our own environment, of which Slurm's programs get only what they need.
     std::vector<std::pair<std::string, std::string>> environment;
     /// How often Slurm is asked for all jobs together, while there are any, and for the nodes. Default 5 s.

@@ -72,11 +72,9 @@ SlurmModeParams slurm_params(SimulationConfig const& config, fs::path guard)
     params.getent = find_program("getent");
     params.tar = find_program("tar");
     params.guard = std::move(guard);
-    params.jobs = *config.slurm;
+    params.config = *config.slurm;
     params.identity = core::job_identity(host_name(), config.address.port);
     params.run = make_token().substr(0, 8);
-    params.time_limit = core::job_time_limit(config.launching.timeout, config.launching.extendable,
-                                             config.launching.start_timeout);
     params.environment = current_environment();
     return params;
 }

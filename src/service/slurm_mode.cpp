@@ -92,8 +92,8 @@ asio::awaitable<result<>> SlurmMode::Impl::find_partitions()
     if (!printed)
         co_return Failure(errc::unavailable, concat("Slurm does not answer: ", printed.error().message()));
     auto const partitions = core::parse_partitions(*printed);
-    core::name_partitions(params.jobs, partitions.standard);
-    for (auto const& name : core::partitions_of(params.jobs)) {
+    core::name_partitions(params.config, partitions.standard);
+    for (auto const& name : core::partitions_of(params.config)) {
         if (name.empty())
             co_return Failure(errc::not_found, "Slurm has no default partition: name one with "
                                                "\"partition\" of \"launcher\".");
@@ -107,7 +107,7 @@ asio::awaitable<result<>> SlurmMode::Impl::find_partitions()
 
 asio::awaitable<result<>> SlurmMode::Impl::look_at_nodes()
 {
-    auto const printed = co_await run(params.sinfo, core::node_arguments(core::partitions_of(params.jobs)));
+    auto const printed = co_await run(params.sinfo, core::node_arguments(core::partitions_of(params.config)));
     if (!printed)
         co_return printed.error();
     nodes = core::parse_nodes(*printed);
@@ -119,7 +119,8 @@ asio::awaitable<result<>> SlurmMode::Impl::look_at_nodes()
 asio::awaitable<result<>> SlurmMode::Impl::look_at_jobs()
 {
     auto const known = jobs; // jobs that come meanwhile may not be in the table
-    auto const printed = co_await run(params.squeue, core::queue_arguments(core::partitions_of(params.jobs)));
+    auto const printed =
+        co_await run(params.squeue, core::queue_arguments(core::partitions_of(params.config)));
     if (!printed)
         co_return printed.error();
     queue = core::parse_queue(*printed);
@@ -137,7 +138,7 @@ asio::awaitable<result<>> SlurmMode::Impl::look_at_jobs()
 asio::awaitable<void> SlurmMode::Impl::end_left_overs(std::vector<std::string> known)
 {
     auto const printed =
-        co_await run(params.squeue, core::own_queue_arguments(core::partitions_of(params.jobs)));
+        co_await run(params.squeue, core::own_queue_arguments(core::partitions_of(params.config)));
     if (!printed)
         co_return;
     known.insert(known.end(), jobs.begin(), jobs.end()); // some may have come meanwhile
@@ -183,7 +184,7 @@ asio::awaitable<result<>> SlurmMode::open()
         if (program.empty())
             co_return Failure(errc::not_found,
                               concat(name, " is not installed, which \"launcher\" needs (slurm-client)."));
-    if (!params.jobs.copy_to.empty() && params.tar.empty())
+    if (!params.config.copy_to.empty() && params.tar.empty())
         co_return Failure(errc::not_found, "tar is not installed, which \"copyTo\" of \"launcher\" needs.");
     auto found = co_await impl_->find_partitions();
     if (!found)
@@ -193,7 +194,7 @@ asio::awaitable<result<>> SlurmMode::open()
         found = co_await impl_->look_at_jobs();
     if (!found)
         co_return Failure(errc::unavailable, concat("Slurm does not answer: ", found.error().message()));
-    auto const partitions = core::partitions_of(params.jobs);
+    auto const partitions = core::partitions_of(params.config);
     impl_->log.info(concat("Simulations are jobs of Slurm, in ",
                            core::join({partitions.begin(), partitions.end()}, ", "), ": ",
                            std::to_string(impl_->nodes.size()), " nodes, ",

@@ -40,8 +40,8 @@ public:
     {
         auto const& params = slurm_.params();
         auto const name = slurm_.new_job(spec.label);
-        bool const is_copied = !params.jobs.copy_to.empty();
-        auto const folder = is_copied ? core::job_folder(params.jobs.copy_to, name) : fs::path();
+        bool const is_copied = !params.config.copy_to.empty();
+        auto const folder = is_copied ? core::job_folder(params.config.copy_to, name) : fs::path();
         auto seen = spec;
         for (auto* path : {&seen.instance, &seen.root, &seen.world})
             *path = is_copied ? there(folder, *path) : *path;
@@ -56,10 +56,10 @@ public:
         auto& process = plan->process;
         if (plan->command.empty())
             plan->command = in_one_line(process.argv);
-        auto const& job = core::job_for(params.jobs, spec.mode, spec.needed_labels);
+        auto const& job = core::job_for(params.config, spec.mode, spec.needed_labels);
         plan->job_memory = job.memory;
         process.remote.command =
-            core::srun_command(params.srun, job, plan->job, params.time_limit, is_copied);
+            core::srun_command(params.srun, job, plan->job, core::job_time_limit(params_.config), is_copied);
         process.remote.first_port = port;
         process.remote.last_port =
             static_cast<std::uint16_t>(std::min(port + core::ports_tried_by_webots, 65535));

@@ -28,9 +28,9 @@ SlurmJobConfig const& job_for(SlurmConfig const& slurm, std::string_view mode,
     return found == slurm.overrides.end() ? slurm.job : found->job;
 }
 
-Duration job_time_limit(Duration timeout, Duration extendable, Duration start_timeout)
+Duration job_time_limit(SimulationLauncherConfig const& launching)
 {
-    return timeout + extendable + start_timeout + time_to_end;
+    return launching.timeout + launching.extendable + launching.start_timeout + time_to_end;
 }
 
 std::string job_identity(std::string_view host, std::uint16_t port)

@@ -18,7 +18,7 @@ SlurmJobConfig const& job_for(SlurmConfig const& slurm, std::string_view mode,
 
 /// How long jobs may run whose configuration does not say it: our own limits come first, since they are told
 /// the browser in time.
-Duration job_time_limit(Duration timeout, Duration extendable, Duration start_timeout);
+Duration job_time_limit(SimulationLauncherConfig const& launching);
 
 /// What the names of all jobs of a server begin with. Part of `host`: its name without a domain.
 std::string job_identity(std::string_view host, std::uint16_t port);

@@ -203,6 +203,7 @@ BOOST_AUTO_TEST_CASE(a_job_waits_without_a_limit_and_is_ready_at_the_address_of_
     auto const& process = fixture.processes.started().at(3);
     BOOST_TEST(process.remote.command.at(1) == "--job-name=webots_cloud_h_2000_r_1_1");
     BOOST_TEST(has_word(process.remote.command, "--partition=main"));
+    BOOST_TEST(has_word(process.remote.command, "--time=17")); // the launcher's limits, and 2 minutes
     BOOST_TEST(process.remote.first_port == 2001);
     BOOST_TEST(process.argv.front() == "/opt/webots/webots");
     BOOST_TEST(process.cleanup_command ==
@@ -315,7 +316,7 @@ BOOST_AUTO_TEST_CASE(who_claims_to_listen_elsewhere_is_not_believed)
 BOOST_AUTO_TEST_CASE(what_a_job_uses_is_what_the_guard_on_its_node_counts)
 {
     auto params = slurm_params();
-    params.jobs.job.memory = 5000;
+    params.config.job.memory = 5000;
     SlurmFixture fixture(params);
     fixture.open_with();
     BOOST_TEST(fixture.open() == "");
@@ -347,7 +348,7 @@ BOOST_AUTO_TEST_CASE(what_a_job_uses_is_what_the_guard_on_its_node_counts)
 BOOST_AUTO_TEST_CASE(a_project_is_copied_where_the_node_does_not_see_it)
 {
     auto params = slurm_params();
-    params.jobs.copy_to = "/scratch";
+    params.config.copy_to = "/scratch";
     SlurmFixture fixture(params);
     fixture.open_with();
     BOOST_TEST(fixture.open() == "");

@@ -80,7 +80,11 @@ BOOST_AUTO_TEST_CASE(jobs_that_name_no_partition_are_in_the_standard_one)
 
 BOOST_AUTO_TEST_CASE(the_limit_of_jobs_is_longer_than_simulations_may_run)
 {
-    BOOST_TEST((job_time_limit(2h, 1h, 5min) > 3h + 5min));
+    SimulationLauncherConfig launching;
+    launching.timeout = 2h;
+    launching.extendable = 1h;
+    launching.start_timeout = 5min;
+    BOOST_TEST((job_time_limit(launching) > 3h + 5min));
 }
 
 BOOST_AUTO_TEST_CASE(the_names_of_jobs_tell_servers_apart)
