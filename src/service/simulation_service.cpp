@@ -44,9 +44,9 @@ core::AdmissionLimits limits_of(SimulationServiceParams const& service,
 {
     core::AdmissionLimits limits;
     limits.max_simulations = launcher.config.max_simulations;
-    limits.max_simulations_per_client = static_cast<std::size_t>(service.config.simulations_per_address);
+    limits.simulations_per_address = static_cast<std::size_t>(service.config.simulations_per_address);
     limits.max_silent = service.max_silent;
-    limits.max_silent_per_client = service.silent_per_address;
+    limits.silent_per_address = service.silent_per_address;
     return limits;
 }
 
@@ -133,7 +133,7 @@ void SimulationService::Impl::set_policy()
     auto const& repositories = params.config.repositories;
     context.policy = {repositories,
                       core::judge_outside_projects(params.walls, !repositories.allowed.empty())};
-    context.admission.set_max_simulations_per_client(
+    context.admission.set_simulations_per_address(
         static_cast<std::size_t>(params.config.simulations_per_address));
     context.worlds.set_max(static_cast<std::size_t>(params.config.simulations_per_world));
     for (auto const& [id, session] : sessions)

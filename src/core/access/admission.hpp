@@ -18,9 +18,9 @@ struct AdmissionLimits
     AdmissionLimits() = default;
 
     int max_simulations = 0;
-    std::size_t max_simulations_per_client = 0; ///< 0: no limit.
-    std::size_t max_silent = 0;                 ///< Browsers that have not said what they want.
-    std::size_t max_silent_per_client = 0;
+    std::size_t simulations_per_address = 0; ///< 0: no limit.
+    std::size_t max_silent = 0;              ///< Browsers that have not said what they want.
+    std::size_t silent_per_address = 0;
 };
 
 /// Counts the browsers that have not said yet what they want, and the simulations that are started, run or
@@ -30,9 +30,9 @@ class Admission
 public:
     explicit Admission(AdmissionLimits limits)
         : max_simulations_(limits.max_simulations),
-          clients_(limits.max_simulations_per_client,
+          clients_(limits.simulations_per_address,
                    static_cast<std::size_t>(std::max(0, limits.max_simulations))),
-          silent_(limits.max_silent, limits.max_silent_per_client)
+          silent_(limits.max_silent, limits.silent_per_address)
     {}
     Admission(Admission const&) = delete;
     Admission& operator=(Admission const&) = delete;
@@ -101,10 +101,10 @@ public:
 
     bool is_full() const noexcept { return simulations_ >= max_simulations_; }
     int max_simulations() const noexcept { return max_simulations_; }
-    std::size_t max_simulations_per_client() const noexcept { return clients_.max(); }
+    std::size_t simulations_per_address() const noexcept { return clients_.max(); }
 
     /// A client that has more keeps it.
-    void set_max_simulations_per_client(std::size_t max) noexcept { clients_.set_max(max); }
+    void set_simulations_per_address(std::size_t max) noexcept { clients_.set_max(max); }
 
 private:
     int max_simulations_;

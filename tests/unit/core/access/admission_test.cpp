@@ -19,9 +19,9 @@ core::AdmissionLimits limits(int simulations, std::size_t per_client)
 {
     core::AdmissionLimits limits;
     limits.max_simulations = simulations;
-    limits.max_simulations_per_client = per_client;
+    limits.simulations_per_address = per_client;
     limits.max_silent = 3;
-    limits.max_silent_per_client = 2;
+    limits.silent_per_address = 2;
     return limits;
 }
 
@@ -76,8 +76,8 @@ BOOST_AUTO_TEST_CASE(a_new_limit_holds_for_the_next_one)
     Admission::Place second;
     BOOST_TEST(admission.admit("a", first) == Verdict::admitted);
     BOOST_TEST(admission.admit("a", second) == Verdict::client_full_first);
-    admission.set_max_simulations_per_client(2);
-    BOOST_TEST(admission.max_simulations_per_client() == 2u);
+    admission.set_simulations_per_address(2);
+    BOOST_TEST(admission.simulations_per_address() == 2u);
     BOOST_TEST(admission.admit("a", second) == Verdict::admitted);
 }
 
