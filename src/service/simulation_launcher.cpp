@@ -232,8 +232,8 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
         } else {
             if (runtime_.leaves_something()) // not cancellable: the end is reported when nothing is left
                 co_await async::uncancellable(runtime_.clear(plan_));
-            auto const refused = co_await process_->usage();
-            on_exit(std::get<ExitStatus>(*event), refused);
+            auto const usage = co_await process_->usage();
+            on_exit(std::get<ExitStatus>(*event), usage);
         }
     }
     SimulationEvent const event = std::move(events_.front());
@@ -527,16 +527,15 @@ void RunningSimulation::terminate_at(Limit limit) noexcept
     process_->terminate();
 }
 
-/// `usage`: what the kernel has refused it.
 void RunningSimulation::on_exit(ExitStatus status, ProcessUsage const& usage)
 {
     if (constexpr int first_signal = 128; !plan_.job.empty() && status.code > first_signal)
         status = ExitStatus(status.code - first_signal, true); // srun exits as shells do
-    core::Consumption refused;
-    refused.memory_kills = usage.memory_kills;
-    refused.refused_forks = usage.refused_forks;
-    refused.too_many_files = core::ended_at_file_size(status.code, status.signalled);
-    if (auto const limit = core::overrun(limits_, refused); limit && state_.stop(overrun_failure(*limit)))
+    core::Consumption consumption; // of which only what the kernel has refused matters now
+    consumption.memory_kills = usage.memory_kills;
+    consumption.refused_forks = usage.refused_forks;
+    consumption.too_many_files = core::ended_at_file_size(status.code, status.signalled);
+    if (auto const limit = core::overrun(limits_, consumption); limit && state_.stop(overrun_failure(*limit)))
         ended_.overrun = limit;
     lines_.finish([this](std::string_view line) { on_line(line); });
     note_lines_left_out();
