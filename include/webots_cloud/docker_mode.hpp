@@ -65,18 +65,19 @@ struct DockerModeHooks
     std::function<std::string()> new_token;
 };
 
-/// How to run a project that has been prepared.
-struct ContainerPlan
+/// How to run a simulation that has been prepared: as processes of this machine, in containers, or as a job
+/// of Slurm.
+struct LaunchPlan
 {
-    ContainerPlan() = default;
+    LaunchPlan() = default;
 
-    ProcessSpec process;                    ///< Compose in the foreground, with its cleanup command.
-    ProcessSpec restart_controller;         ///< For competitions; otherwise without arguments.
-    std::string command;                    ///< For the log; empty: the process's.
-    std::string project;                    ///< Compose's project name.
-    std::string job;                        ///< The name of its job; empty: it is none.
-    std::uint64_t job_memory = 0;           ///< Bytes that the job may use; 0: Slurm decides.
-    std::string image;                      ///< The default image; empty: the project has its own Dockerfile.
+    ProcessSpec process;            ///< Webots, or compose in the foreground, with its cleanup command.
+    ProcessSpec restart_controller; ///< For competitions; otherwise without arguments.
+    std::string command;            ///< For the log; empty: the process's.
+    std::string project;            ///< Compose's project name.
+    std::string job;                ///< The name of its job; empty: it is none.
+    std::uint64_t job_memory = 0;   ///< Bytes that the job may use; 0: Slurm decides.
+    std::string image;              ///< The default image; empty: the project has its own Dockerfile.
     std::vector<std::string> announcements; ///< Whole messages for the browser, sent before all others.
     std::vector<std::string> notes;         ///< Sentences for the browser, shown while it waits.
 };
@@ -111,7 +112,7 @@ public:
     /// Precondition: `open` succeeded.
     /// Errors: `not_found` (a template, or a file of a competition), `invalid_argument`, `unavailable`; the
     /// detail is a sentence for the browser.
-    boost::asio::awaitable<result<ContainerPlan>> prepare(LaunchSpec const& spec, std::uint16_t port);
+    boost::asio::awaitable<result<LaunchPlan>> prepare(LaunchSpec const& spec, std::uint16_t port);
 
     /// Forgets a project that was prepared and could not be started.
     void forget(std::string const& project) noexcept;

@@ -50,7 +50,7 @@ struct DockerMode::Impl
           cleanup(params, commands, clock, log), build_limits(params, commands, processes, clock, log)
     {}
 
-    ContainerPlan plan(LaunchSpec const& spec, ContainerProject project) const;
+    LaunchPlan plan(LaunchSpec const& spec, ContainerProject project) const;
     asio::awaitable<std::uint64_t> count(std::string const& project);
     asio::awaitable<result<>> clean();
     asio::awaitable<void> remove_owed();
@@ -132,7 +132,7 @@ asio::awaitable<void> DockerMode::Impl::remove_owed()
     }
 }
 
-asio::awaitable<result<ContainerPlan>> DockerMode::prepare(LaunchSpec const& spec, std::uint16_t port)
+asio::awaitable<result<LaunchPlan>> DockerMode::prepare(LaunchSpec const& spec, std::uint16_t port)
 {
     auto project = co_await impl_->files.write(spec, port, impl_->engine.runtime);
     if (!project)
@@ -144,11 +144,11 @@ asio::awaitable<result<ContainerPlan>> DockerMode::prepare(LaunchSpec const& spe
     co_return plan;
 }
 
-ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject project) const
+LaunchPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject project) const
 {
     auto const& environment = project.environment;
     auto const file = spec.root / "docker-compose.yml";
-    ContainerPlan plan;
+    LaunchPlan plan;
     plan.project = environment.project;
     if (!project.uses_project_dockerfile)
         plan.image = environment.image;

@@ -10,23 +10,23 @@ class DockerRuntime final : public SimulatorRuntime
 public:
     explicit DockerRuntime(DockerMode& docker) : docker_(docker) {}
 
-    asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
+    asio::awaitable<result<LaunchPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
     {
         return docker_.prepare(spec, port);
     }
 
-    void forget(ContainerPlan const& plan) noexcept override { docker_.forget(plan.project); }
+    void forget(LaunchPlan const& plan) noexcept override { docker_.forget(plan.project); }
 
     bool leaves_something() const noexcept override { return true; }
 
-    asio::awaitable<void> clear(ContainerPlan const& plan) override { return docker_.clear(plan.project); }
+    asio::awaitable<void> clear(LaunchPlan const& plan) override { return docker_.clear(plan.project); }
 
-    asio::awaitable<std::uint64_t> written_elsewhere(ContainerPlan const& plan) override
+    asio::awaitable<std::uint64_t> written_elsewhere(LaunchPlan const& plan) override
     {
         return docker_.written(plan.project);
     }
 
-    PrintedLine read(std::string_view line, ContainerPlan const& plan) const override
+    PrintedLine read(std::string_view line, LaunchPlan const& plan) const override
     {
         PrintedLine printed;
         printed.line = core::parse_compose_line(line, plan.project);

@@ -15,9 +15,9 @@ class NativeRuntime final : public SimulatorRuntime
 public:
     explicit NativeRuntime(SimulationLauncherParams const& params) : params_(params) {}
 
-    asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
+    asio::awaitable<result<LaunchPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
     {
-        ContainerPlan plan;
+        LaunchPlan plan;
         plan.process = process_for(spec, port);
         bool const is_confined = !params_.sandbox.is_none();
         // The firejail of old releases may get no namespaces, and so no folder of displays either.
@@ -34,14 +34,14 @@ public:
         co_return plan;
     }
 
-    void forget(ContainerPlan const&) noexcept override {}
+    void forget(LaunchPlan const&) noexcept override {}
 
     /// The guard exits only when nothing is left.
     bool leaves_something() const noexcept override { return false; }
 
-    asio::awaitable<void> clear(ContainerPlan const&) override { co_return; }
+    asio::awaitable<void> clear(LaunchPlan const&) override { co_return; }
 
-    PrintedLine read(std::string_view line, ContainerPlan const&) const override
+    PrintedLine read(std::string_view line, LaunchPlan const&) const override
     {
         PrintedLine printed;
         printed.line = core::ComposeLine(core::ComposeLine::Source::webots, line);

@@ -116,7 +116,7 @@ class RunningSimulation final : public Simulation
 public:
     RunningSimulation(SimulationLauncherParams const& params, PortLease lease,
                       std::unique_ptr<Process> process, ProcessHost& processes, Clock& clock, Logger log,
-                      LaunchSpec spec, SimulatorRuntime& runtime, ContainerPlan plan)
+                      LaunchSpec spec, SimulatorRuntime& runtime, LaunchPlan plan)
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
           runtime_(runtime), plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
@@ -176,7 +176,7 @@ private:
     std::string label_;
     std::function<void(std::string_view)> output_;
     SimulatorRuntime& runtime_;
-    ContainerPlan plan_;
+    LaunchPlan plan_;
     core::JobOutput job_;
     ProcessUsage job_usage_;         ///< As the guard on the node has counted it last.
     std::string host_ = "127.0.0.1"; ///< Where the simulator is.

@@ -36,11 +36,10 @@ public:
     /// How to start a simulator that listens on `port`.
     ///
     /// Errors: those of `DockerMode::prepare`.
-    virtual boost::asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec,
-                                                               std::uint16_t port) = 0;
+    virtual boost::asio::awaitable<result<LaunchPlan>> plan(LaunchSpec const& spec, std::uint16_t port) = 0;
 
     /// Forgets a plan whose program could not be started.
-    virtual void forget(ContainerPlan const& plan) noexcept = 0;
+    virtual void forget(LaunchPlan const& plan) noexcept = 0;
 
     /// Whether something may be left when the program has ended, so that `clear` is needed.
     virtual bool leaves_something() const noexcept = 0;
@@ -48,14 +47,14 @@ public:
     /// Removes what is left of a plan whose program has ended.
     ///
     /// Cancellation: none.
-    virtual boost::asio::awaitable<void> clear(ContainerPlan const& plan) = 0;
+    virtual boost::asio::awaitable<void> clear(LaunchPlan const& plan) = 0;
 
     /// The bytes that the simulator has written outside of the instance directory.
     ///
     /// Cancellation: none.
-    virtual boost::asio::awaitable<std::uint64_t> written_elsewhere(ContainerPlan const&) { co_return 0; }
+    virtual boost::asio::awaitable<std::uint64_t> written_elsewhere(LaunchPlan const&) { co_return 0; }
 
-    virtual PrintedLine read(std::string_view line, ContainerPlan const& plan) const = 0;
+    virtual PrintedLine read(std::string_view line, LaunchPlan const& plan) const = 0;
 
     /// Whether a simulator that has loaded its world certainly listens on its own port, so that it need not
     /// be looked for.
@@ -64,11 +63,11 @@ public:
     // Of plans with a job:
 
     /// What somebody is told who waits for the job: a sentence, or nothing.
-    virtual std::string news_of(ContainerPlan const&) const { return {}; }
+    virtual std::string news_of(LaunchPlan const&) const { return {}; }
 
     /// How to put a file of the project, absolute, back into the copy that the job with this number of
     /// Slurm's has; without arguments: there is no copy.
-    virtual ProcessSpec put_back(ContainerPlan const&, std::string_view /*number*/,
+    virtual ProcessSpec put_back(LaunchPlan const&, std::string_view /*number*/,
                                  std::filesystem::path const& /*file*/)
     {
         return {};

@@ -36,7 +36,7 @@ public:
         : params_(params), slurm_(slurm), native_(make_native_runtime(params))
     {}
 
-    asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
+    asio::awaitable<result<LaunchPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
     {
         auto const& params = slurm_.params();
         auto const name = slurm_.new_job(spec.label);
@@ -69,24 +69,24 @@ public:
         co_return plan;
     }
 
-    void forget(ContainerPlan const& plan) noexcept override { slurm_.forget(plan.job); }
+    void forget(LaunchPlan const& plan) noexcept override { slurm_.forget(plan.job); }
 
     bool leaves_something() const noexcept override { return true; }
 
-    asio::awaitable<void> clear(ContainerPlan const& plan) override
+    asio::awaitable<void> clear(LaunchPlan const& plan) override
     {
         slurm_.forget(plan.job);
         co_return;
     }
 
-    PrintedLine read(std::string_view line, ContainerPlan const& plan) const override
+    PrintedLine read(std::string_view line, LaunchPlan const& plan) const override
     {
         return native_->read(line, plan);
     }
 
     bool keeps_its_port() const noexcept override { return false; }
 
-    std::string news_of(ContainerPlan const& plan) const override { return slurm_.news_of(plan.job); }
+    std::string news_of(LaunchPlan const& plan) const override { return slurm_.news_of(plan.job); }
 
     asio::awaitable<result<std::string>> address_of(std::string node) override
     {
@@ -94,7 +94,7 @@ public:
     }
 
     /// A second program in the job gets the file as the job has got its project, and puts it into that.
-    ProcessSpec put_back(ContainerPlan const& plan, std::string_view number, fs::path const& file) override
+    ProcessSpec put_back(LaunchPlan const& plan, std::string_view number, fs::path const& file) override
     {
         auto const& params = slurm_.params();
         auto const& to = plan.process.remote.copied_to;
