@@ -1,8 +1,8 @@
 // Looks after the limits of running simulations, and ends those that overrun them.
 #pragma once
 
-#include "operator_endpoints.hpp"
 #include "simulation_session.hpp"
+#include "status_endpoints.hpp"
 
 #include <webots_cloud/transport/folder_meter.hpp>
 

@@ -1,6 +1,6 @@
 // The simulation server from above: who is on /client, which sessions there are, and what else is asked. A
-// browser gets a SimulationSession, which does the rest; the pages for operators are
-// operator_endpoints.cpp's.
+// browser gets a SimulationSession, which does the rest; what the server tells about itself is
+// status_endpoints.cpp's.
 #include <webots_cloud/simulation_service.hpp>
 
 #include "async/deadline.hpp"
@@ -15,9 +15,9 @@
 #include "core/simulation/start_refusal.hpp"
 #include "core/text.hpp"
 #include "limit_watch.hpp"
-#include "operator_endpoints.hpp"
 #include "route_table.hpp"
 #include "simulation_session.hpp"
+#include "status_endpoints.hpp"
 #include "tell.hpp"
 
 #include <boost/asio/this_coro.hpp>
@@ -59,7 +59,7 @@ struct SimulationService::Impl
         : params(std::move(parameters)), hooks(std::move(service_hooks)),
           context(params, hooks, projects, simulators, clock, std::move(logger),
                   limits_of(params, simulators.params())),
-          operators(params, hooks, context, sessions, metrics)
+          status(params, hooks, context, sessions, metrics)
     {
         set_policy();
     }
@@ -90,7 +90,7 @@ struct SimulationService::Impl
     SimulationServiceHooks const hooks;
     SessionContext context;
     SimulationSessions sessions;
-    OperatorEndpoints operators;
+    StatusEndpoints status;
     std::uint64_t last_id = 0;
     std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
     /// The channels of those that have not asked for a simulation yet.
@@ -108,7 +108,7 @@ SimulationService::~SimulationService() = default;
 
 double SimulationService::load() const noexcept
 {
-    return impl_->operators.load();
+    return impl_->status.load();
 }
 
 std::size_t SimulationService::sessions() const noexcept
@@ -118,13 +118,13 @@ std::size_t SimulationService::sessions() const noexcept
 
 void SimulationService::drain(bool exit_when_empty)
 {
-    impl_->operators.drain(exit_when_empty);
+    impl_->status.drain(exit_when_empty);
 }
 
 void SimulationService::apply(SimulationServiceConfig config)
 {
     impl_->params.config = std::move(config);
-    impl_->operators.refresh_pages();
+    impl_->status.refresh_pages();
     impl_->set_policy();
 }
 
@@ -142,7 +142,7 @@ void SimulationService::Impl::set_policy()
 
 asio::awaitable<result<>> SimulationService::run()
 {
-    auto parts = async::first_of(impl_->measure(), impl_->operators.look_at_processes());
+    auto parts = async::first_of(impl_->measure(), impl_->status.look_at_processes());
     if (impl_->context.launcher.params().limits.any())
         parts = async::first_of(std::move(parts), impl_->watch_limits());
     co_return co_await std::move(parts);
@@ -170,22 +170,22 @@ asio::awaitable<result<>> SimulationService::Impl::measure()
             stop();
             co_return waited;
         }
-        operators.measure(next, clients);
+        status.measure(next, clients);
         for (auto const& [id, session] : sessions)
             session->send_heartbeat();
-        if (operators.has_finished())
+        if (status.has_finished())
             co_return result<>();
     }
 }
 
 Answer SimulationService::respond(IncomingRequest const& request)
 {
-    if (OperatorEndpoints::serves(request.path))
-        return impl_->operators.answer(request);
+    if (StatusEndpoints::serves(request.path))
+        return impl_->status.answer(request);
     return route_table::respond(Impl::routes(), *impl_, request);
 }
 
-/// All that is not of the OperatorEndpoints.
+/// All that is not of the StatusEndpoints.
 std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes()
 {
     static constexpr auto table = std::to_array<Route<Impl>>({
@@ -274,8 +274,8 @@ Answer SimulationService::Impl::forward(IncomingRequest const& request)
 
 asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Channel& channel)
 {
-    if (OperatorEndpoints::serves(info.path))
-        co_return co_await impl_->operators.watch(channel);
+    if (StatusEndpoints::serves(info.path))
+        co_return co_await impl_->status.watch(channel);
     ++impl_->clients;
     auto const id = ++impl_->last_id;
     auto const name = concat("[", std::to_string(id), "] ");

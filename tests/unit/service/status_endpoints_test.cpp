@@ -2,7 +2,7 @@
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
-#include "service/operator_endpoints.hpp"
+#include "service/status_endpoints.hpp"
 
 #include <webots_cloud/testing/fixed_metrics.hpp>
 #include <webots_cloud/testing/loopback_channel.hpp>
@@ -21,7 +21,7 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 
-BOOST_AUTO_TEST_SUITE(operator_endpoints)
+BOOST_AUTO_TEST_SUITE(status_endpoints)
 
 namespace {
 
@@ -219,7 +219,7 @@ struct Fixture
     SimulationLauncher launcher;
     SessionContext context;
     SimulationSessions sessions;
-    std::optional<OperatorEndpoints> endpoints;
+    std::optional<StatusEndpoints> endpoints;
     std::vector<std::unique_ptr<testing::LoopbackChannel>> browsers;
     async::TaskGroup conversations{world.executor()}; ///< End when their browser leaves.
     async::TaskGroup tasks{world.executor()};
@@ -227,7 +227,7 @@ struct Fixture
 
 using Ended = std::optional<result<>>;
 
-asio::awaitable<void> look_at_processes(OperatorEndpoints& endpoints, Ended& ended)
+asio::awaitable<void> look_at_processes(StatusEndpoints& endpoints, Ended& ended)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     auto outcome = co_await endpoints.look_at_processes();
@@ -245,9 +245,9 @@ BOOST_AUTO_TEST_CASE(only_its_own_paths_to_the_letter_are_served)
 {
     for (auto const path : {"/load", "/monitor", "/monitor/key", "/metrics", "/livez", "/readyz",
                             "/api/drain", "/api/end", "/api/operator"})
-        BOOST_TEST(OperatorEndpoints::serves(path), path);
+        BOOST_TEST(StatusEndpoints::serves(path), path);
     for (auto const path : {"", "/", "/load/", "/Load", "/client", "/session", "/api", "/api/drain/"})
-        BOOST_TEST(!OperatorEndpoints::serves(path), path);
+        BOOST_TEST(!StatusEndpoints::serves(path), path);
 }
 
 BOOST_AUTO_TEST_CASE(a_page_without_origin_keeps_itself_current_by_its_key)

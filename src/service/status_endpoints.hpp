@@ -1,5 +1,5 @@
-// The pages and figures of a simulation server, for operators, their tools and session servers, and the
-// measurements that they show.
+// What a simulation server tells about itself to everybody, session servers and its operator: pages, figures
+// and the measurements that they show; and the requests by which the operator drains it and ends simulations.
 #pragma once
 
 #include "async/wakeup.hpp"
@@ -34,11 +34,11 @@ using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSes
 ///
 /// Lifetime: everything passed by reference must outlive it.
 /// Thread-safety: one executor.
-class OperatorEndpoints
+class StatusEndpoints
 {
 public:
-    OperatorEndpoints(SimulationServiceParams const& params, SimulationServiceHooks const& hooks,
-                      SessionContext& context, SimulationSessions const& sessions, HostMetrics& metrics);
+    StatusEndpoints(SimulationServiceParams const& params, SimulationServiceHooks const& hooks,
+                    SessionContext& context, SimulationSessions const& sessions, HostMetrics& metrics);
 
     /// Measures the load of the machine. `due`: when that was scheduled; `clients`: the number of browsers on
     /// /client.
@@ -79,7 +79,7 @@ private:
     std::string monitor_snapshot();
     std::string monitor_text();
 
-    static std::span<Route<OperatorEndpoints> const> routes();
+    static std::span<Route<StatusEndpoints> const> routes();
     bool is_operators(IncomingRequest const& request) const { return request.is_operator; }
     Answer load_answer(IncomingRequest const& request);
     Answer monitor_page(IncomingRequest const& request);

@@ -1,7 +1,7 @@
 // Everything that a simulation server tells about itself. The machine is measured once a second (`measure`),
 // and pages are made from the last measurement when somebody asks, so that a crowd of watchers costs no more
 // than one.
-#include "operator_endpoints.hpp"
+#include "status_endpoints.hpp"
 
 #include "async/cancellation.hpp"
 #include "core/pages/http_pages.hpp"
@@ -46,15 +46,15 @@ std::optional<std::uint64_t> simulation_number(std::string_view query)
 
 } // namespace
 
-OperatorEndpoints::OperatorEndpoints(SimulationServiceParams const& params,
-                                     SimulationServiceHooks const& hooks, SessionContext& context,
-                                     SimulationSessions const& sessions, HostMetrics& metrics)
+StatusEndpoints::StatusEndpoints(SimulationServiceParams const& params, SimulationServiceHooks const& hooks,
+                                 SessionContext& context, SimulationSessions const& sessions,
+                                 HostMetrics& metrics)
     : params_(params), hooks_(hooks), context_(context), sessions_(sessions), metrics_(metrics),
       description_(metrics.description()), last_sample_(metrics.sample()), measured_(context.clock.now()),
       view_keys_(hooks.new_address_token)
 {}
 
-void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
+void StatusEndpoints::measure(TimePoint due, std::size_t clients)
 {
     auto const& clock = context_.clock;
     auto const now = clock.now();
@@ -83,7 +83,7 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
     look_wanted_->notify();
 }
 
-std::size_t OperatorEndpoints::running() const
+std::size_t StatusEndpoints::running() const
 {
     return static_cast<std::size_t>(std::count_if(sessions_.begin(), sessions_.end(), [](auto const& entry) {
         return entry.second->stage() == core::SimulationLife::Stage::running;
@@ -91,19 +91,19 @@ std::size_t OperatorEndpoints::running() const
 }
 
 /// How many projects are being fetched for later starts.
-std::size_t OperatorEndpoints::fetches() const
+std::size_t StatusEndpoints::fetches() const
 {
     return static_cast<std::size_t>(std::count_if(
         sessions_.begin(), sessions_.end(), [](auto const& entry) { return entry.second->is_fetch_only(); }));
 }
 
-void OperatorEndpoints::want_look()
+void StatusEndpoints::want_look()
 {
     if (look_wanted_ && context_.clock.now() - looked_at_processes_ >= usage_interval)
         look_wanted_->notify();
 }
 
-boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
+boost::asio::awaitable<result<>> StatusEndpoints::look_at_processes()
 {
     auto const executor = co_await boost::asio::this_coro::executor;
     co_await boost::asio::this_coro::throw_if_cancelled(false);
@@ -127,7 +127,7 @@ boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
 }
 
 /// Measures what some of the simulators consume: they take turns.
-boost::asio::awaitable<void> OperatorEndpoints::look_at_some()
+boost::asio::awaitable<void> StatusEndpoints::look_at_some()
 {
     if (context_.launcher.params().limits.any())
         co_return; // they are looked at every second, whether anybody watches or not
@@ -145,7 +145,7 @@ boost::asio::awaitable<void> OperatorEndpoints::look_at_some()
 
 /// A person who has just been told of a simulation finds it on the page, which is otherwise made once a
 /// second. Those who watch by WebSocket are told of it within a second.
-void OperatorEndpoints::expire_old_pages()
+void StatusEndpoints::expire_old_pages()
 {
     if (std::exchange(shown_changes_, context_.changes) == context_.changes)
         return;
@@ -153,14 +153,14 @@ void OperatorEndpoints::expire_old_pages()
     monitor_json_.expire();
 }
 
-void OperatorEndpoints::refresh_pages()
+void StatusEndpoints::refresh_pages()
 {
     monitor_html_.expire();
     monitor_json_.expire();
     greeting_ = {};
 }
 
-std::vector<core::SimulationRow> OperatorEndpoints::rows() const
+std::vector<core::SimulationRow> StatusEndpoints::rows() const
 {
     std::vector<core::SimulationRow> rows;
     for (auto const& [id, session] : sessions_)
@@ -168,12 +168,12 @@ std::vector<core::SimulationRow> OperatorEndpoints::rows() const
     return rows;
 }
 
-std::size_t OperatorEndpoints::capacity() const
+std::size_t StatusEndpoints::capacity() const
 {
     return static_cast<std::size_t>(context_.admission.max_simulations());
 }
 
-LoadReport OperatorEndpoints::report() const
+LoadReport StatusEndpoints::report() const
 {
     // Fetches for later starts are no sessions, which session servers send here and count; but they hold
     // places.
@@ -204,7 +204,7 @@ LoadReport OperatorEndpoints::report() const
 }
 
 /// What simulations use, by world: those of which most are here, if there are too many.
-std::vector<WorldUse> OperatorEndpoints::worlds() const
+std::vector<WorldUse> StatusEndpoints::worlds() const
 {
     std::map<std::uint64_t, WorldUse> uses;
     for (auto const& [id, session] : sessions_) {
@@ -230,13 +230,13 @@ std::vector<WorldUse> OperatorEndpoints::worlds() const
     return worlds;
 }
 
-std::string OperatorEndpoints::monitor_snapshot()
+std::string StatusEndpoints::monitor_snapshot()
 {
     want_look();
     return board_.snapshot(rows(), capacity(), context_.state.is_draining());
 }
 
-Answer OperatorEndpoints::monitor_page(IncomingRequest const& request)
+Answer StatusEndpoints::monitor_page(IncomingRequest const& request)
 {
     expire_old_pages();
     auto const now = context_.clock.now();
@@ -252,7 +252,7 @@ Answer OperatorEndpoints::monitor_page(IncomingRequest const& request)
 }
 
 /// The same for a page that has no origin, to which browsers give no password: it has been told a key.
-Answer OperatorEndpoints::watch_by_key(IncomingRequest const& request)
+Answer StatusEndpoints::watch_by_key(IncomingRequest const& request)
 {
     expire_old_pages();
     auto const now = context_.clock.now();
@@ -269,7 +269,7 @@ Answer OperatorEndpoints::watch_by_key(IncomingRequest const& request)
     return shown;
 }
 
-std::string OperatorEndpoints::monitor_text()
+std::string StatusEndpoints::monitor_text()
 {
     core::SimulationMonitorView view;
     view.title = params_.config.title;
@@ -294,7 +294,7 @@ std::string OperatorEndpoints::monitor_text()
     return core::simulation_monitor_page(view);
 }
 
-boost::asio::awaitable<void> OperatorEndpoints::watch(Channel& channel)
+boost::asio::awaitable<void> StatusEndpoints::watch(Channel& channel)
 {
     want_look();
     // All who connect before the next update, at most a second away, get the same text.
@@ -303,7 +303,7 @@ boost::asio::awaitable<void> OperatorEndpoints::watch(Channel& channel)
     return feed_.serve(greeting_, channel);
 }
 
-Answer OperatorEndpoints::figures(IncomingRequest const&)
+Answer StatusEndpoints::figures(IncomingRequest const&)
 {
     core::MetricsText text;
     text.family(core::metric("build_info")).add(1, {{"version", version()}});
@@ -341,7 +341,7 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
 }
 
 /// What has gone through the gateway.
-void OperatorEndpoints::write_traffic(core::MetricsText& text) const
+void StatusEndpoints::write_traffic(core::MetricsText& text) const
 {
     double connections = 0;
     auto received = static_cast<double>(context_.received);
@@ -359,7 +359,7 @@ void OperatorEndpoints::write_traffic(core::MetricsText& text) const
 }
 
 /// What simulations use, all together, and how many wanted more than they may have.
-void OperatorEndpoints::write_consumption(core::MetricsText& text) const
+void StatusEndpoints::write_consumption(core::MetricsText& text) const
 {
     double memory = 0;
     double processes = 0;
@@ -382,7 +382,7 @@ void OperatorEndpoints::write_consumption(core::MetricsText& text) const
 
 /// `POST /api/drain`; with `?exit` the server ends with the last simulation, with `?off` it accepts
 /// simulations again.
-Answer OperatorEndpoints::drain_answer(IncomingRequest const& request)
+Answer StatusEndpoints::drain_answer(IncomingRequest const& request)
 {
     if (request.query != "" && request.query != "exit" && request.query != "off")
         return HttpResponse(400, std::string(core::html_type),
@@ -397,7 +397,7 @@ Answer OperatorEndpoints::drain_answer(IncomingRequest const& request)
     return core::page("serving");
 }
 
-void OperatorEndpoints::drain(bool exit_when_empty)
+void StatusEndpoints::drain(bool exit_when_empty)
 {
     context_.state.drain(exit_when_empty);
     refresh_pages();
@@ -405,7 +405,7 @@ void OperatorEndpoints::drain(bool exit_when_empty)
 }
 
 /// `POST /api/end?simulation=7`, with its number on the monitor page.
-Answer OperatorEndpoints::end_answer(IncomingRequest const& request)
+Answer StatusEndpoints::end_answer(IncomingRequest const& request)
 {
     auto const id = simulation_number(request.query);
     if (!id)
@@ -418,17 +418,17 @@ Answer OperatorEndpoints::end_answer(IncomingRequest const& request)
 }
 
 /// For pages and programs that want to know whether they may do more than read.
-Answer OperatorEndpoints::operator_answer(IncomingRequest const&)
+Answer StatusEndpoints::operator_answer(IncomingRequest const&)
 {
     return core::page("operator");
 }
 
-Answer OperatorEndpoints::liveness(IncomingRequest const&)
+Answer StatusEndpoints::liveness(IncomingRequest const&)
 {
     return core::page("alive");
 }
 
-Answer OperatorEndpoints::readiness(IncomingRequest const&)
+Answer StatusEndpoints::readiness(IncomingRequest const&)
 {
     if (context_.state.is_draining() || context_.admission.is_full())
         return HttpResponse(503, std::string(core::html_type),
@@ -438,7 +438,7 @@ Answer OperatorEndpoints::readiness(IncomingRequest const&)
     return core::page("ready");
 }
 
-Answer OperatorEndpoints::load_answer(IncomingRequest const& request)
+Answer StatusEndpoints::load_answer(IncomingRequest const& request)
 {
     bool const wants_json = request.header("Accept").find("application/json") != std::string_view::npos;
     if (wants_json)
@@ -447,12 +447,12 @@ Answer OperatorEndpoints::load_answer(IncomingRequest const& request)
                       : core::page(core::python_float(average_.value()));
 }
 
-std::span<Route<OperatorEndpoints> const> OperatorEndpoints::routes()
+std::span<Route<StatusEndpoints> const> StatusEndpoints::routes()
 {
     using core::Methods;
-    using Self = OperatorEndpoints;
+    using Self = StatusEndpoints;
     using enum Upgrade;
-    static constexpr auto table = std::to_array<Route<OperatorEndpoints>>({
+    static constexpr auto table = std::to_array<Route<StatusEndpoints>>({
         // clang-format off
         {"/load",         Methods::read, everybody,           ignored,  &Self::load_answer},
         {"/monitor",      Methods::read, everybody,           accepted, &Self::monitor_page},
@@ -468,12 +468,12 @@ std::span<Route<OperatorEndpoints> const> OperatorEndpoints::routes()
     return table;
 }
 
-bool OperatorEndpoints::serves(std::string_view path) noexcept
+bool StatusEndpoints::serves(std::string_view path) noexcept
 {
     return route_table::find(routes(), path) != nullptr;
 }
 
-Answer OperatorEndpoints::answer(IncomingRequest const& request)
+Answer StatusEndpoints::answer(IncomingRequest const& request)
 {
     return route_table::respond(routes(), *this, request);
 }
