@@ -8,7 +8,7 @@ std::string default_as_json(ConfigKey const& key)
         return {};
     if (!key.standard.empty())
         return std::string(key.standard);
-    return key.value.standard ? key.value.standard(key) : std::string();
+    return key.value.as_json ? key.value.as_json(key, nullptr) : std::string();
 }
 
 std::string_view default_in_words(ConfigKey const& key) noexcept

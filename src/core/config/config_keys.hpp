@@ -40,8 +40,9 @@ struct KeyValue
     void (*read)(ConfigReader& reader, ConfigKey const& key, void* owner) = nullptr;
     bool (*equal)(void const* left, void const* right) = nullptr;
     void (*copy)(void const* from, void* to) = nullptr;
-    /// What a new struct has, as JSON; empty where that is nothing, as no text or no path. Null: as empty.
-    std::string (*standard)(ConfigKey const& key) = nullptr;
+    /// The value as JSON; of a new struct where `owner` is null. Empty where it is nothing, as no text or no
+    /// path. Null: as empty.
+    std::string (*as_json)(ConfigKey const& key, void const* owner) = nullptr;
 };
 
 /// Tells structs that keep values from each other.

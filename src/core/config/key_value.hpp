@@ -128,10 +128,10 @@ inline constexpr KeyValue typed{
                void* owner) { read_value(reader, key, MemberPath<path...>::in(owner)); },
     .equal = shaped<key_type, path...>.equal,
     .copy = shaped<key_type, path...>.copy,
-    .standard =
-        [](ConfigKey const& key) {
-            typename MemberPath<path...>::Owner const owner{};
-            return value_text(key, MemberPath<path...>::in(&owner));
+    .as_json =
+        [](ConfigKey const& key, void const* owner) {
+            typename MemberPath<path...>::Owner const made{};
+            return value_text(key, MemberPath<path...>::in(owner ? owner : &made));
         }};
 
 /// Kept in a member whose type says that of the key.
@@ -147,7 +147,7 @@ inline constexpr KeyValue free_text{
                void* owner) { read_any_text(reader, key, MemberPath<path...>::in(owner)); },
     .equal = member<path...>.equal,
     .copy = member<path...>.copy,
-    .standard = member<path...>.standard};
+    .as_json = member<path...>.as_json};
 
 /// Accepted, and kept nowhere.
 inline constexpr KeyValue ignored_text{.type = KeyType::text,

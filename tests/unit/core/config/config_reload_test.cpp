@@ -1,7 +1,9 @@
 #include "unit_test.hpp"
 
 #include "core/config/config_keys.hpp"
+#include "core/config/config_reader.hpp"
 #include "core/config/config_reload.hpp"
+#include "core/text.hpp"
 
 #include <algorithm>
 
@@ -24,23 +26,71 @@ SimulationConfig simulation(std::string_view text)
     return parse_simulation_config(text, "c.json").value().config;
 }
 
-/// Names of keys that have changed and need a restart.
-template<class Config>
-Keys keys_for_restart(Config running, Config const& next)
+/// A value that the key takes, as JSON, which is not that of a new configuration.
+std::string another_value(core::ConfigKey const& key)
 {
-    return core::take_reloaded(running, next).waiting;
+    auto const standard = key.value.as_json(key, nullptr);
+    switch (key.value.type) {
+    case core::KeyType::boolean:
+        return standard == "true" ? "false" : "true";
+    case core::KeyType::integer:
+    case core::KeyType::number:
+        return core::number_text(key.max);
+    case core::KeyType::choice: {
+        auto const first = core::concat("\"", key.choices[0], "\"");
+        return standard == first ? core::concat("\"", key.choices[1], "\"") : first;
+    }
+    case core::KeyType::texts:
+        return R"(["other"])";
+    default:
+        return R"("/other")";
+    }
 }
 
-/// What the table says of SIGHUP, in the order of the alphabet.
-Keys that_need_a_restart(std::span<core::ConfigTopic const> topics)
+/// A configuration with this key alone, of which no rule beyond the table knows.
+template<class Config>
+Config read_alone(std::span<core::ConfigTopic const> topics, core::ConfigKey const& key,
+                  std::string const& value)
 {
-    Keys names;
+    auto reader =
+        core::ConfigReader::parse(core::concat("{\"", key.name, "\":", value, "}"), "c.json", topics);
+    Config config;
+    reader->read_members(config);
+    for (auto const& topic : topics)
+        for (auto const& other : topic.keys)
+            if (!other.value.read)
+                reader->find(other.name);
+    BOOST_TEST(!reader->failure(), key.name << ": " << value);
+    return config;
+}
+
+/// It keeps its value, as it was written, in a member that no other key has, and SIGHUP does with it what the
+/// table says.
+template<class Config>
+void check_key(std::span<core::ConfigTopic const> topics, core::ConfigKey const& key)
+{
+    auto const value = another_value(key);
+    auto const next = read_alone<Config>(topics, key, value);
+    BOOST_TEST(key.value.as_json(key, &next) == value, key.name);
+    Config running;
+    auto const changes = core::take_reloaded(running, next);
+    Keys const alone{key.name};
+    BOOST_TEST(changes.applied == (key.reloaded ? alone : Keys()), boost::test_tools::per_element());
+    BOOST_TEST(changes.waiting == (key.reloaded ? Keys() : alone), boost::test_tools::per_element());
+    BOOST_TEST(key.value.equal(&running, &next) == key.reloaded, key.name);
+}
+
+template<class Config>
+int check_each_key(std::span<core::ConfigTopic const> topics)
+{
+    int checked = 0;
     for (auto const& topic : topics)
         for (auto const& key : topic.keys)
-            if (!key.reloaded)
-                names.push_back(key.name);
-    std::ranges::sort(names);
-    return names;
+            if (key.value.read && key.value.owner) {
+                check_key<Config>(topics, key);
+                ++checked;
+            }
+    return checked;
 }
 
 Keys sorted(Keys keys)
@@ -51,18 +101,10 @@ Keys sorted(Keys keys)
 
 } // namespace
 
-BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addresses)
+BOOST_AUTO_TEST_CASE(each_key_arrives_in_a_member_of_its_own_which_a_reload_applies_or_leaves)
 {
-    auto const running = session(R"({"port":1,"simulationServers":[]})");
-    BOOST_TEST(keys_for_restart(running, running).empty());
-    auto const next =
-        session(R"({"port":1,"simulationServers":["a:1"],"server":"s","ssl":false,"portRewrite":false,
-        "administrator":"a@b","mailServer":"m","mailServerPort":25,"mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p",
-        "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"scheduling":"random","decisionsForAll":true,"teacherPassword":"p","viewerUrl":"u","pauseHidden":9,"sessionBurst":1,"sessionRate":1,
-        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t","gateway":true,"relay":true,"waitingRoom":5,"discoverLoopback":true})");
-    BOOST_TEST(keys_for_restart(running, next).empty());
-    auto const by_file = session(R"({"port":1,"simulationServers":[],"teacherPasswordFile":"f"})");
-    BOOST_TEST(keys_for_restart(running, by_file).empty());
+    BOOST_TEST(check_each_key<SessionConfig>(core::session_topics()) > 45);
+    BOOST_TEST(check_each_key<SimulationConfig>(core::simulation_topics()) > 60);
 }
 
 BOOST_AUTO_TEST_CASE(what_may_change_is_copied_and_named_and_the_rest_stays)
@@ -79,42 +121,20 @@ BOOST_AUTO_TEST_CASE(what_may_change_is_copied_and_named_and_the_rest_stays)
     BOOST_TEST(core::take_reloaded(in_force, next).applied.empty());
 }
 
-BOOST_AUTO_TEST_CASE(what_a_session_server_does_not_take_over_is_named)
+BOOST_AUTO_TEST_CASE(values_with_a_shape_of_their_own_are_compared_and_copied_too)
 {
-    auto const running = session(R"({"port":1,"simulationServers":[]})");
-    auto const next = session(
-        R"({"port":2,"simulationServers":[],"sslCertificate":"c","sslKey":"k","connectionsPerAddress":5,"pingTimeout":9,
-        "trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x","redirectPort":3,"challengeFolder":"/c","listenAddress":"::1",
-        "logDir":"l","debug":true,"logFormat":"json","caFile":"a","placementTimeout":1,"announcements":true,"nameServers":["10.0.0.53"]})");
-    BOOST_TEST(sorted(keys_for_restart(running, next)) == that_need_a_restart(core::session_topics()),
-               boost::test_tools::per_element());
-}
+    auto listed = session(R"({"port":1,"simulationServers":["a:1"]})");
+    auto const others = session(R"({"port":1,"simulationServers":["a:1","b:1"]})");
+    auto const changes = core::take_reloaded(listed, others);
+    BOOST_TEST(changes.applied == Keys{"simulationServers"}, boost::test_tools::per_element());
+    BOOST_TEST(changes.waiting.empty());
+    BOOST_TEST(listed.simulation_servers.size() == 2u);
 
-BOOST_AUTO_TEST_CASE(a_simulation_server_takes_over_its_policy_and_texts)
-{
-    auto const next = simulation(
-        R"({"allowedRepositories":["https://a"],"blockedRepositories":["https://b"],"shareIdleTime":1,
-        "simulationsPerAddress":3,"maxSimulationsPerWorld":2,"trafficLimit":5,"title":"t","description":"d","reconnectGrace":5,"loadFormula":"reference","monitorAddresses":["10.0.0.1"]})");
-    BOOST_TEST(keys_for_restart(simulation("{}"), next).empty());
-}
-
-BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
-{
-    auto const next = simulation(
-        R"({"port":2,"server":"s","ssl":false,"portRewrite":false,"docker":true,"dockerDir":"/d",
-        "dockerImages":"i","projectDockerfiles":true,"buildNetwork":true,"persistantDockerImages":[],"forges":[],"caFile":"a","notify":"https://a",
-        "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","labels":["gpu"],"display":":1","sandbox":"docker","simulationUser":"u","confineServer":false,"network":"host","simulationMemory":512,"simulationCpus":2,
-        "simulationProcesses":50,"simulationFiles":100,"simulationDisk":10,"gateway":false,"simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
-        "extendable":60,"startTimeout":1,
-        "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false})");
-    auto keys = keys_for_restart(simulation("{}"), next);
-    auto const more = keys_for_restart(simulation("{}"), simulation(R"({"sslCertificate":"c","sslKey":"k",
-        "connectionsPerAddress":5,"pingTimeout":9,"trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x",
-        "redirectPort":3,"challengeFolder":"/c","listenAddress":"::1","logDir":"l","debug":true,"logFormat":"json",
-        "sessionServers":["https://s.org"],"launcher":{"slurm":{}}})"));
-    keys.insert(keys.end(), more.begin(), more.end());
-    BOOST_TEST(sorted(keys) == that_need_a_restart(core::simulation_topics()),
+    auto running = simulation("{}");
+    auto const next = simulation(R"({"forges":[],"notify":"https://a","launcher":{"slurm":{}}})");
+    BOOST_TEST(sorted(core::take_reloaded(running, next).waiting) == (Keys{"forges", "launcher", "notify"}),
                boost::test_tools::per_element());
+    BOOST_TEST(!running.slurm);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
