@@ -280,10 +280,17 @@ struct SimulationServiceConfig
         return reconnect_grace.value_or(returns ? std::chrono::seconds(30) : Duration::zero());
     }
 
+    /// Of so many simulations at once; 0: no limit. By default three quarters: a class behind one address has
+    /// room, and leaves some to others.
+    int limit_of_an_address(int max_simulations) const
+    {
+        return simulations_per_address.value_or((3 * max_simulations + 3) / 4);
+    }
+
     RepositoryRules repositories;
     /// `simulationsPerAddress`: how many simulations a client (`IncomingRequest::quota_key`) may have at
-    /// once; 0: any number. Default: three quarters of `max_connections`.
-    int simulations_per_address = 75;
+    /// once; 0: any number. Absent: see `limit_of_an_address`.
+    std::optional<int> simulations_per_address;
     int simulations_per_world = 0; ///< `maxSimulationsPerWorld`: of one world at once; 0: any number.
     /// `reconnectGrace`, in seconds: how long a lost browser may return. Absent: 30 seconds for pages
     /// that say that they return, and no time for others.

@@ -44,7 +44,6 @@ core::AdmissionLimits limits_of(SimulationServiceParams const& service,
 {
     core::AdmissionLimits limits;
     limits.max_simulations = launcher.config.max_simulations;
-    limits.simulations_per_address = static_cast<std::size_t>(service.config.simulations_per_address);
     limits.max_silent = service.max_silent;
     limits.silent_per_address = service.silent_per_address;
     return limits;
@@ -134,7 +133,7 @@ void SimulationService::Impl::set_policy()
     context.policy = {repositories,
                       core::judge_outside_projects(params.walls, !repositories.allowed.empty())};
     context.admission.set_simulations_per_address(
-        static_cast<std::size_t>(params.config.simulations_per_address));
+        static_cast<std::size_t>(params.config.limit_of_an_address(context.admission.max_simulations())));
     context.worlds.set_max(static_cast<std::size_t>(params.config.simulations_per_world));
     for (auto const& [id, session] : sessions)
         session->limit_traffic();

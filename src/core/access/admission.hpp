@@ -18,8 +18,7 @@ struct AdmissionLimits
     AdmissionLimits() = default;
 
     int max_simulations = 0;
-    std::size_t simulations_per_address = 0; ///< 0: no limit.
-    std::size_t max_silent = 0;              ///< Browsers that have not said what they want.
+    std::size_t max_silent = 0; ///< Browsers that have not said what they want.
     std::size_t silent_per_address = 0;
 };
 
@@ -30,8 +29,7 @@ class Admission
 public:
     explicit Admission(AdmissionLimits limits)
         : max_simulations_(limits.max_simulations),
-          clients_(limits.simulations_per_address,
-                   static_cast<std::size_t>(std::max(0, limits.max_simulations))),
+          clients_(0, static_cast<std::size_t>(std::max(0, limits.max_simulations))),
           silent_(limits.max_silent, limits.silent_per_address)
     {}
     Admission(Admission const&) = delete;
@@ -103,7 +101,7 @@ public:
     int max_simulations() const noexcept { return max_simulations_; }
     std::size_t simulations_per_address() const noexcept { return clients_.max(); }
 
-    /// A client that has more keeps it.
+    /// 0, as at first: no limit. A client that has more keeps it.
     void set_simulations_per_address(std::size_t max) noexcept { clients_.set_max(max); }
 
 private:

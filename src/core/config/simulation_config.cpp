@@ -116,13 +116,6 @@ void limit_connections(SimulationConfig& config, fs::path const& origin, std::ve
     config.launching.max_simulations = room;
 }
 
-/// Unless the operator has said it: a class behind one address has room, and leaves some to others.
-void share_connections(ConfigReader const& reader, SimulationConfig& config)
-{
-    if (!reader.has("simulationsPerAddress"))
-        config.service.simulations_per_address = (3 * config.launching.max_simulations + 3) / 4;
-}
-
 /// Repositories that are on none of the forges have no effect.
 void warn_of_foreign(std::string_view key, std::vector<std::string> const& repositories,
                      SimulationConfig const& config, fs::path const& origin,
@@ -342,7 +335,6 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
             concat(origin.string(), ": key \"server\" is missing: browsers are sent to \"localhost\", which "
                                     "is right only on this machine"));
     limit_connections(config, origin, configured.warnings);
-    share_connections(*reader, config);
     warn_of_plain_simulators(config, origin, configured.warnings);
     if (!config.launching.gateway && config.service.traffic_limit > 0)
         configured.warnings.push_back(

@@ -15,21 +15,28 @@ using Verdict = Admission::Verdict;
 
 namespace {
 
-core::AdmissionLimits limits(int simulations, std::size_t per_client)
+core::AdmissionLimits limits(int simulations)
 {
     core::AdmissionLimits limits;
     limits.max_simulations = simulations;
-    limits.simulations_per_address = per_client;
     limits.max_silent = 3;
     limits.silent_per_address = 2;
     return limits;
 }
 
+struct Limited : Admission
+{
+    Limited(int simulations, std::size_t per_address) : Admission(limits(simulations))
+    {
+        set_simulations_per_address(per_address);
+    }
+};
+
 } // namespace
 
 BOOST_AUTO_TEST_CASE(the_machine_is_full_before_a_client_is)
 {
-    Admission admission(limits(3, 2));
+    Limited admission(3, 2);
     std::list<Admission::Place> places(4);
     auto place = places.begin();
     BOOST_TEST(admission.admit("a", *place++) == Verdict::admitted);
@@ -45,7 +52,7 @@ BOOST_AUTO_TEST_CASE(the_machine_is_full_before_a_client_is)
 
 BOOST_AUTO_TEST_CASE(a_place_is_given_back_once_and_can_be_had_again)
 {
-    Admission admission(limits(1, 1));
+    Limited admission(1, 1);
     {
         Admission::Place first;
         BOOST_TEST(admission.admit("a", first) == Verdict::admitted);
@@ -61,7 +68,7 @@ BOOST_AUTO_TEST_CASE(a_place_is_given_back_once_and_can_be_had_again)
 
 BOOST_AUTO_TEST_CASE(nobody_is_counted_for_the_machine_only)
 {
-    Admission admission(limits(2, 1));
+    Limited admission(2, 1);
     std::list<Admission::Place> places(3);
     auto place = places.begin();
     BOOST_TEST(admission.admit("", *place++) == Verdict::admitted);
@@ -71,7 +78,7 @@ BOOST_AUTO_TEST_CASE(nobody_is_counted_for_the_machine_only)
 
 BOOST_AUTO_TEST_CASE(a_new_limit_holds_for_the_next_one)
 {
-    Admission admission(limits(9, 1));
+    Limited admission(9, 1);
     Admission::Place first;
     Admission::Place second;
     BOOST_TEST(admission.admit("a", first) == Verdict::admitted);
@@ -83,7 +90,7 @@ BOOST_AUTO_TEST_CASE(a_new_limit_holds_for_the_next_one)
 
 BOOST_AUTO_TEST_CASE(who_is_silent_takes_no_place_for_a_simulation)
 {
-    Admission admission(limits(1, 1));
+    Limited admission(1, 1);
     BOOST_TEST(!admission.add_silent(1, "a"));
     BOOST_TEST(!admission.add_silent(2, "a"));
     BOOST_TEST((admission.add_silent(3, "a") == 1u));

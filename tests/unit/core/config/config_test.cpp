@@ -876,10 +876,10 @@ BOOST_AUTO_TEST_CASE(trusted_proxies_are_addresses_and_networks)
 BOOST_AUTO_TEST_CASE(an_address_may_have_three_quarters_of_the_simulations_unless_the_operator_says_otherwise)
 {
     auto const share = [](std::string_view text) {
-        return parse_simulation_config(text, "c.json")->config.service.simulations_per_address;
+        auto const config = parse_simulation_config(text, "c.json")->config;
+        return config.service.limit_of_an_address(config.launching.max_simulations);
     };
     BOOST_TEST(share("{}") == 75);
-    BOOST_TEST(SimulationConfig().service.simulations_per_address == 75);
     BOOST_TEST(share(R"({"maxConnections":20})") == 15);
     BOOST_TEST(share(R"({"maxConnections":3})") == 3);
     BOOST_TEST(share(R"({"maxConnections":1})") == 1);
