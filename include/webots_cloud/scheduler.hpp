@@ -156,8 +156,9 @@ struct SchedulerParams
 
     /// Percent, default 95, positive: a machine of that load, reported or committed, is not offered.
     double threshold = 95;
-    /// Percent, default 90, positive: a machine with that much memory in use is not offered, however idle its
-    /// processor: a busy processor makes simulations slow, missing memory kills them.
+    /// `memoryThreshold`. Percent, default 90, positive: a machine with that much memory in use is not
+    /// offered, however idle its processor: a busy processor makes simulations slow, missing memory kills
+    /// them.
     double memory_threshold = 90;
 
     /// Percent of a machine, default 12, positive: what a session costs until the machine has taught better.

@@ -414,7 +414,7 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
 
     auto const configured = parse_session_config(
         R"({"port":7,"simulationServers":[],"loadRefresh":0.5,"loadTimeout":2,"loadThreshold":80,
-        "scheduling":"random","placementTimeout":0,"decisionsForAll":true,"viewerUrl":"https://a/b.wbt",
+        "memoryThreshold":70,"scheduling":"random","placementTimeout":0,"decisionsForAll":true,"viewerUrl":"https://a/b.wbt",
         "pauseHidden":60})",
         "c.json");
     BOOST_TEST(configured->warnings.empty());
@@ -422,6 +422,7 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
     BOOST_TEST((config.polls.interval == std::chrono::milliseconds(500)));
     BOOST_TEST((config.polls.timeout == std::chrono::seconds(2)));
     BOOST_TEST(config.polls.threshold == 80);
+    BOOST_TEST(config.placement.memory_threshold == 70);
     BOOST_TEST(config.placement.policy == "random");
     BOOST_TEST((config.placement.placement_timeout == Duration::zero()));
     BOOST_TEST(config.service.decisions_for_all);
