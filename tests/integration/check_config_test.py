@@ -35,7 +35,7 @@ class Configuration(unittest.TestCase):
 
     def check(self, server="simulation", prefix=(), **keys):
         """Exit status and standard error of the program."""
-        own = {"session": {"simulationServers": []}, "simulation": {"forges": [], "notify": [], "maxConnections": 3}}[server]
+        own = {"session": {"simulationServers": ["localhost:1"]}, "simulation": {"forges": [], "notify": [], "maxConnections": 3}}[server]
         config = {"server": "localhost", "ssl": False, "port": self.port, "logDir": "log", **own, **keys}
         with open(os.path.join(self.folder, "c.json"), "w") as file:
             json.dump(config, file)

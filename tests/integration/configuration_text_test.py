@@ -72,7 +72,7 @@ class Terminal(unittest.TestCase):
             self.assertIn("\\x1b]0;title", text)
 
     def test_a_log_that_cannot_be_opened(self):
-        text, status = self.say("session", {"port": 1, "simulationServers": [], "logDir": "/proc/nowhere"})
+        text, status = self.say("session", {"port": 1, "simulationServers": ["a/1"], "logDir": "/proc/nowhere"})
         self.assertEqual((status, text.count("\n")), (2, 1), text)
 
 

@@ -99,7 +99,9 @@ class SessionDoctor(Examination):
 
     @classmethod
     def setUpClass(cls):
-        cls.machine = f"localhost:{cls.enterClassContext(web_site('12.5'))}"
+        port = cls.enterClassContext(web_site("12.5"))
+        cls.machine = f"localhost:{port}"
+        cls.inside = [{"address": f"localhost/{port}", "internal": f"127.0.0.1:{port}"}]  # asked by http, whatever "ssl" says
 
     def keys(self):
         return {"simulationServers": [self.machine]}
@@ -146,27 +148,27 @@ class SessionDoctor(Examination):
         self.assert_broken(f"machine {nobody}", "fault", "refused", simulationServers=[nobody, self.machine])
 
     def test_a_good_certificate(self):
-        found = self.findings(ssl=True, simulationServers=[], **self.certificate(days=60))
+        found = self.findings(ssl=True, simulationServers=self.inside, **self.certificate(days=60))
         self.assertEqual(found["certificate"]["found"], "for localhost, valid for 59 days", found)
 
     def test_a_certificate_that_has_expired(self):
-        self.assert_broken("certificate", "fault", "it has expired on", ssl=True, simulationServers=[], **self.certificate(days=-1))
+        self.assert_broken("certificate", "fault", "it has expired on", ssl=True, simulationServers=self.inside, **self.certificate(days=-1))
 
     def test_a_certificate_that_will_expire(self):
-        self.assert_broken("certificate", "warning", "valid for 4 days", ssl=True, simulationServers=[], **self.certificate(days=5))
+        self.assert_broken("certificate", "warning", "valid for 4 days", ssl=True, simulationServers=self.inside, **self.certificate(days=5))
 
     def test_a_certificate_for_another_host(self):
-        self.assert_broken("certificate", "fault", "it is for example.org, and not for localhost", ssl=True, simulationServers=[],
+        self.assert_broken("certificate", "fault", "it is for example.org, and not for localhost", ssl=True, simulationServers=self.inside,
                            **self.certificate("DNS:example.org", days=60))
 
     def test_a_certificate_of_an_unknown_authority(self):
         keys = self.certificate(days=60)
         del self.environment["SSL_CERT_FILE"]
-        self.assert_broken("certificate", "warning", "browsers will not believe it", ssl=True, simulationServers=[], **keys)
+        self.assert_broken("certificate", "warning", "browsers will not believe it", ssl=True, simulationServers=self.inside, **keys)
 
     def test_a_key_of_another_certificate(self):
         keys = {**self.certificate(days=60), "sslKey": self_signed(self.folder, "DNS:localhost")[1]}
-        self.assert_broken("certificate", "fault", "it is not the key of the certificate", ssl=True, simulationServers=[], **keys)
+        self.assert_broken("certificate", "fault", "it is not the key of the certificate", ssl=True, simulationServers=self.inside, **keys)
 
     def test_a_log_folder_that_can_not_be_made(self):
         file = os.path.join(self.folder, "a_file")
@@ -246,7 +248,7 @@ class DoctorOfAService(Examination):
     PROGRAM = "webots-session-server"
 
     def keys(self):
-        return {"simulationServers": []}
+        return {"simulationServers": ["localhost:1"]}
 
     def setUp(self):
         super().setUp()

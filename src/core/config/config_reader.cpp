@@ -4,10 +4,12 @@
 #include "config_reader.hpp"
 
 #include "core/text.hpp"
+#include "written_quantity.hpp"
 
 #include <boost/json/serialize.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
@@ -58,22 +60,17 @@ std::string describe(json::value const& value)
     }
 }
 
-/// What to write instead of a number or truth value in quotes; else nothing.
-std::string without_quotes(json::value const& found)
+/// What to write instead of a truth value in quotes, or of a number that stands for one; else nothing.
+std::string truth_advice(json::value const& found)
 {
+    constexpr std::array<std::string_view, 5> yes{"true", "yes", "on", "1", "y"};
+    constexpr std::array<std::string_view, 5> no{"false", "no", "off", "0", "n"};
     auto const* text = found.if_string();
-    if (!text || text->empty() || text->size() > 30)
+    auto const word = text ? lower_case(trim(*text)) : found.is_number() ? json_text(found) : std::string();
+    bool const is_yes = std::ranges::find(yes, word) != yes.end();
+    if (!is_yes && std::ranges::find(no, word) == no.end())
         return {};
-    char* end = nullptr;
-    std::string const copy(*text);
-    (void)std::strtod(copy.c_str(), &end);
-    std::string_view const number(copy.data(), std::size_t(end - copy.data()));
-    bool const is_plain =
-        !number.empty() && number.find_first_not_of("0123456789.-") == std::string_view::npos;
-    if (!is_plain)
-        return {};
-    return concat(": write ", number,
-                  number.size() == copy.size() ? ", without quotes" : ", without quotes and unit");
+    return concat(": write ", is_yes ? "true" : "false", text ? ", without quotes" : "");
 }
 
 bool is_plain(json::value const& value)
@@ -96,6 +93,13 @@ JsonPlace const& nowhere()
 
 } // namespace
 
+std::string list_advice(json::value const& found)
+{
+    constexpr std::size_t longest = 60;
+    bool const is_short = found.is_string() && found.get_string().size() <= longest;
+    return is_short ? concat(": write [", json_text(found), "]") : std::string();
+}
+
 std::string number_text(double value)
 {
     constexpr double exact = 9'007'199'254'740'992; // 2^53
@@ -112,6 +116,7 @@ result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem:
     reader.text_ = std::make_shared<std::string const>(text);
     reader.json_ = std::make_shared<PositionedJson const>(read_positioned_json(text));
     reader.place_ = &reader.json_->place;
+    reader.advice_ = std::make_shared<std::map<std::size_t, std::string>>();
     reader.other_ = other;
     for (auto const& topic : topics)
         for (auto const& key : topic.keys)
@@ -152,19 +157,31 @@ void ConfigReader::fail(std::size_t offset, std::string_view what)
         wrong_.push_back({offset, concat(context_, what)});
 }
 
-void ConfigReader::refuse(std::string_view key, std::string_view wanted)
+void ConfigReader::refuse(std::string_view key, std::string_view wanted, std::string_view advice)
 {
     auto const found =
         described(key).value.type == KeyType::secret ? "something else" : describe(object_.at(key));
-    fail(place_of(key).value, concat("key \"", key, "\": expected ", wanted, ", found ", found));
+    fail(place_of(key).value, concat("key \"", key, "\": expected ", wanted, ", found ", found, advice));
+}
+
+void ConfigReader::warn(std::string_view key, std::string_view sentence)
+{
+    odd_.push_back({place_of(key).value, concat(context_, "key \"", key, "\": ", sentence)});
+}
+
+void ConfigReader::warn_entry(std::string_view key, std::size_t number, std::string_view sentence)
+{
+    auto const& entries = place_of(key).entries;
+    odd_.push_back({number <= entries.size() ? entries[number - 1].value : place_of(key).value,
+                    concat(context_, entry_of(key, number), sentence)});
 }
 
 void ConfigReader::refuse_entry(std::string_view key, std::size_t number, json::value const& entry,
-                                std::string_view wanted)
+                                std::string_view wanted, std::string_view advice)
 {
     auto const& entries = place_of(key).entries;
     fail(number <= entries.size() ? entries[number - 1].value : place_of(key).value,
-         concat(entry_of(key, number), "expected ", wanted, ", found ", describe(entry)));
+         concat(entry_of(key, number), "expected ", wanted, ", found ", describe(entry), advice));
 }
 
 void ConfigReader::require(std::string_view key, std::string_view wanted)
@@ -214,7 +231,7 @@ void ConfigReader::read(std::string_view key, bool& value)
     if (found && found->is_bool())
         value = found->get_bool();
     else if (found)
-        refuse(key, "true or false");
+        refuse(key, "true or false", truth_advice(*found));
 }
 
 void ConfigReader::read(std::string_view key, std::filesystem::path& value)
@@ -234,7 +251,7 @@ void ConfigReader::read(std::string_view key, std::vector<std::string>& value)
     auto const* list = found->if_array();
     if (!list ||
         !std::all_of(list->begin(), list->end(), [](json::value const& entry) { return entry.is_string(); }))
-        return refuse(key, "a list of strings");
+        return refuse(key, "a list of strings", list_advice(*found));
     if (!std::all_of(list->begin(), list->end(), is_plain))
         return refuse(key, "a list of strings without control characters");
     value.clear();
@@ -248,8 +265,15 @@ void ConfigReader::refuse_number(ConfigKey const& key, json::value const& found,
     auto const range = concat(key.least > 0 ? "0, or " : "", kind, " from ",
                               number_text(key.least > 0 ? key.least : key.min), " to ", number_text(max),
                               key.unit.empty() ? "" : concat(" (", key.unit, ")"));
-    fail(place_of(key.name).value, concat("key \"", key.name, "\": expected ", range, ", found ",
-                                          describe(found), without_quotes(found)));
+    auto const offset = place_of(key.name).value;
+    auto const* const text = found.if_string();
+    bool const is_bare = std::ranges::any_of(
+        json_->faults, [offset](auto const& fault) { return fault.is_quantity && fault.offset == offset; });
+    auto const advice =
+        text ? number_advice(*text, key, is_bare ? Quotes::none : Quotes::around) : std::string();
+    if (is_bare)
+        advice_->emplace(offset, advice.empty() ? concat(", and \"", key.name, "\" is ", range) : advice);
+    fail(offset, concat("key \"", key.name, "\": expected ", range, ", found ", describe(found), advice));
 }
 
 void ConfigReader::read_number(std::string_view key, double& value)
@@ -325,6 +349,7 @@ ConfigReader ConfigReader::part(std::string_view key, json::object const& object
     ConfigReader reader;
     reader.json_ = json_;
     reader.text_ = text_;
+    reader.advice_ = advice_;
     reader.origin_ = origin_;
     reader.object_ = object;
     reader.context_ = concat(context_, context);
@@ -339,6 +364,7 @@ void ConfigReader::take_over(ConfigReader const& entry)
     entry.check_all_are_read();
     wrong_.insert(wrong_.end(), entry.wrong_.begin(), entry.wrong_.end());
     missing_.insert(missing_.end(), entry.missing_.begin(), entry.missing_.end());
+    odd_.insert(odd_.end(), entry.odd_.begin(), entry.odd_.end());
     auto const unknown = entry.unknown();
     unknown_within_.insert(unknown_within_.end(), unknown.begin(), unknown.end());
 }
@@ -366,8 +392,12 @@ std::optional<Failure> ConfigReader::failure() const
         std::ranges::stable_sort(remarks, {}, &Remark::offset);
         all.insert(all.end(), remarks.begin(), remarks.end());
     };
-    for (auto const& fault : json_->faults)
-        all.push_back({fault.offset, concat("not JSON: ", fault.text)});
+    for (auto const& fault : json_->faults) {
+        auto const advice = advice_->find(fault.offset);
+        all.push_back(
+            {fault.offset, concat("not JSON: ", fault.text,
+                                  fault.is_quantity && advice != advice_->end() ? advice->second : "")});
+    }
     add_in_order(wrong_);
     add_in_order(missing_);
     if (all.empty())
@@ -417,6 +447,7 @@ std::vector<std::string> ConfigReader::warnings() const
 {
     check_all_are_read();
     auto remarks = ignored();
+    remarks.insert(remarks.end(), odd_.begin(), odd_.end());
     std::ranges::stable_sort(remarks, {}, &Remark::offset);
     TextPlaces places(*text_);
     std::vector<std::string> sentences;

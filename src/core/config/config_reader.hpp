@@ -10,6 +10,7 @@
 #include <boost/json/object.hpp>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -72,11 +73,14 @@ public:
 
     // Of faults in one place the first is kept: the others usually follow from it.
 
-    /// Notes that `key` is wrong: "expected <wanted>, found <what is there>".
-    void refuse(std::string_view key, std::string_view wanted);
+    /// Notes that `key` is wrong: "expected <wanted>, found <what is there><advice>".
+    void refuse(std::string_view key, std::string_view wanted, std::string_view advice = {});
     /// The same of one entry of the list `key`; `number` counts from 1.
     void refuse_entry(std::string_view key, std::size_t number, boost::json::value const& entry,
-                      std::string_view wanted);
+                      std::string_view wanted, std::string_view advice = {});
+    /// Notes what is odd about `key`, which is allowed all the same.
+    void warn(std::string_view key, std::string_view sentence);
+    void warn_entry(std::string_view key, std::size_t number, std::string_view sentence);
     /// Notes that a required key is missing.
     void require(std::string_view key, std::string_view wanted);
 
@@ -88,7 +92,8 @@ public:
     /// name. To be called last.
     std::optional<Failure> failure() const;
 
-    /// A warning for each key that there is twice, and for each unknown one, with the most similar known one.
+    /// A warning for each key that there is twice, for each unknown one, with the most similar known one, and
+    /// for what is odd.
     std::vector<std::string> warnings() const;
 
 private:
@@ -117,6 +122,8 @@ private:
 
     std::shared_ptr<PositionedJson const> json_; ///< Of the whole file.
     std::shared_ptr<std::string const> text_;
+    /// What to write instead of numbers with units that are no JSON, by their places; of all parts together.
+    std::shared_ptr<std::map<std::size_t, std::string>> advice_;
     std::string origin_;
     std::string context_; ///< Of a part: what its sentences begin with.
     std::vector<ConfigKey const*> keys_;
@@ -125,6 +132,7 @@ private:
     boost::json::object object_;
     std::vector<std::string_view> read_;
     std::vector<Remark> unknown_within_; ///< Of entries.
+    std::vector<Remark> odd_;
     std::vector<Remark> wrong_;
     std::vector<Remark> missing_;
 };
@@ -132,6 +140,9 @@ private:
 /// `text` with a leading `~` and each `$NAME` or `${NAME}` replaced from the environment, as Python's
 /// expanduser and expandvars do; unknown variables stay.
 std::string expand_path(std::string_view text);
+
+/// What to write instead of a string where a list is wanted, as the end of a sentence; of others nothing.
+std::string list_advice(boost::json::value const& found);
 
 /// A number as people write it: `5`, `0.1`, `1000000000000`.
 std::string number_text(double value);

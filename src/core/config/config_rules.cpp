@@ -3,6 +3,7 @@
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
 #include "core/machine_labels.hpp"
+#include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
 
 #include <boost/url/authority_view.hpp>
@@ -46,6 +47,16 @@ void check_networks(ConfigReader& reader, std::string_view key, std::vector<std:
     for (std::size_t i = 0; i < networks.size(); ++i)
         if (!core::IpNetwork::parse(networks[i]))
             reader.refuse_entry(key, i + 1, boost::json::value(networks[i]), wanted);
+}
+
+/// Of an address the name is what was asked for.
+std::string name_advice(std::string_view server)
+{
+    auto const scheme = server.find("://");
+    if (scheme == std::string_view::npos)
+        return {};
+    auto const name = server.substr(scheme + 3, server.find('/', scheme + 3) - scheme - 3);
+    return is_authority(name) ? concat(": write \"", name, "\"") : std::string();
 }
 
 } // namespace
@@ -113,7 +124,20 @@ void check_access(ConfigReader& reader, AccessConfig const& access)
 void check_server_name(ConfigReader& reader, std::string_view key, std::string const& server)
 {
     if (reader.has(key) && !server.empty() && !is_authority(server))
-        reader.refuse(key, "the name of a host, as in \"sim.example.org\"");
+        reader.refuse(key, "the name of a host, as in \"sim.example.org\"", name_advice(server));
+}
+
+void warn_of_two_ports(ConfigReader& reader, std::string_view key, PublicAddress const& address)
+{
+    auto const authority = boost::urls::parse_authority(address.host);
+    if (!reader.has(key) || reader.is_refused(key) || address.port_rewrite || !authority ||
+        !authority->has_port())
+        return;
+    std::string const name(std::string_view(authority->encoded_host()));
+    reader.warn(key, concat("\"", address.host,
+                            "\" has a port, and as \"portRewrite\" is false another one follows it: "
+                            "browsers are sent to ",
+                            public_base(address), ", which is no address. Write \"", name, "\""));
 }
 
 void make_printable(std::vector<std::string>& warnings)

@@ -19,6 +19,9 @@ inline constexpr int max_port = 65535;
 /// What names a host. Empty is taken, as the Python servers do.
 void check_server_name(ConfigReader& reader, std::string_view key, std::string const& server);
 
+/// Where "portRewrite" is false, "port" follows "server" in what browsers are told.
+void warn_of_two_ports(ConfigReader& reader, std::string_view key, PublicAddress const& address);
+
 /// Certificate, addresses, limits of connections. `port`: that of this configuration.
 void check_network(ConfigReader& reader, std::uint16_t port, NetworkConfig const& network);
 

@@ -4,6 +4,7 @@
 #include "positioned_json.hpp"
 
 #include "core/text.hpp"
+#include "written_quantity.hpp"
 
 #include <boost/json/stream_parser.hpp>
 
@@ -19,10 +20,31 @@ namespace json = boost::json;
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 constexpr std::size_t max_depth = 32; // as Boost.JSON
 constexpr std::size_t max_remarks = 200;
-constexpr std::array<std::string_view, 30> units{
-    "s",  "sec",  "secs",  "second", "seconds", "ms",   "m", "min",     "minute", "minutes",
-    "h",  "hour", "hours", "d",      "day",     "days", "%", "percent", "B",      "K",
-    "KB", "kB",   "KiB",   "M",      "MB",      "MiB",  "G", "GB",      "GiB",    "TB"};
+constexpr std::array<std::string_view, 6> yes{"True", "TRUE", "yes", "Yes", "on", "On"};
+constexpr std::array<std::string_view, 6> no{"False", "FALSE", "no", "No", "off", "Off"};
+constexpr std::array<std::string_view, 5> nothing{"None", "NULL", "Null", "nil", "undefined"};
+
+/// What is no UTF-8, as it begins, and how it is called.
+struct Encoding
+{
+    std::string_view beginning;
+    std::string_view name;
+};
+constexpr std::array encodings{
+    Encoding{std::string_view("\xff\xfe\0\0", 4), "UTF-32"},
+    Encoding{std::string_view("\0\0\xfe\xff", 4), "UTF-32"},
+    Encoding{"\xff\xfe", "UTF-16"},
+    Encoding{"\xfe\xff", "UTF-16"},
+    Encoding{std::string_view("{\0\0\0", 4), "UTF-32"},
+    Encoding{std::string_view("\0\0\0{", 4), "UTF-32"},
+    Encoding{std::string_view("{\0", 2), "UTF-16"},
+    Encoding{std::string_view("\0{", 2), "UTF-16"},
+};
+
+// What word processors and web pages put in the place of quotes and blanks.
+constexpr std::array<std::string_view, 7> typographic_quotes{
+    "\xe2\x80\x9c", "\xe2\x80\x9d", "\xe2\x80\x9e", "\xe2\x80\x98", "\xe2\x80\x99", "\xc2\xab", "\xc2\xbb"};
+constexpr std::array<std::string_view, 3> typographic_blanks{"\xc2\xa0", "\xe2\x80\xaf", "\xe2\x80\x8b"};
 
 bool is_space(char c)
 {
@@ -34,9 +56,10 @@ bool is_structural(char c)
     return std::string_view(",:{}[]\"'").find(c) != std::string_view::npos;
 }
 
-bool is_number_character(char c)
+template<class Words>
+bool is_among(Words const& words, std::string_view word)
 {
-    return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.' || c == 'e' || c == 'E';
+    return std::ranges::find(words, word) != words.end();
 }
 
 /// Goes through the text from left to right. After a fault from which there is no way on, `broken_` is set,
@@ -53,25 +76,59 @@ public:
                      "(\"UTF-8\" instead of \"UTF-8 with BOM\")");
             at_ = byte_order_mark.size();
         }
-        skip();
-        if (is_at_end())
-            stop(at_, "the file is empty");
+        if (auto const encoding = other_encoding(); !encoding.empty())
+            stop(0, concat("the file is in ", encoding, ": save it as UTF-8"));
         else
-            json_.value = value(json_.place, 0);
-        skip();
-        if (!broken_ && !is_at_end())
-            stop(at_, "the configuration has ended before this");
+            read_all();
         std::stable_sort(json_.faults.begin(), json_.faults.end(),
                          [](auto const& left, auto const& right) { return left.offset < right.offset; });
         return std::move(json_);
     }
 
 private:
+    void read_all()
+    {
+        skip();
+        if (is_at_end())
+            return stop(at_, "the file is empty");
+        auto const begin = at_;
+        bool const is_likely = is_structural(text_[begin]) || is_at_string();
+        json_.value = value(json_.place, 0);
+        if (!is_likely && !json_.faults.empty()) {
+            json_.faults.clear();
+            return stop(begin, "a configuration begins with {, and this does not");
+        }
+        skip();
+        if (!broken_ && !is_at_end())
+            stop(at_, "the configuration has ended before this");
+    }
+
+    std::string_view other_encoding() const
+    {
+        for (auto const& encoding : encodings)
+            if (text_.starts_with(encoding.beginning))
+                return encoding.name;
+        return {};
+    }
+
     bool is_at_end() const { return at_ == text_.size(); }
     bool is_at(char c) const { return !is_at_end() && text_[at_] == c; }
     bool is_at(std::string_view beginning) const { return text_.substr(at_).starts_with(beginning); }
     bool is_at_comment() const { return is_at("//") || is_at("#") || is_at("/*"); }
-    bool is_at_string() const { return is_at('"') || is_at('\''); }
+    bool is_at_string() const
+    {
+        return is_at('"') || is_at('\'') || typographic(typographic_quotes, at_) > 0;
+    }
+
+    /// The size of the one of these characters that stands at an offset; 0: none does.
+    template<std::size_t count>
+    std::size_t typographic(std::array<std::string_view, count> const& characters, std::size_t offset) const
+    {
+        for (auto const character : characters)
+            if (text_.substr(offset).starts_with(character))
+                return character.size();
+        return 0;
+    }
 
     void fault(std::size_t offset, std::string text)
     {
@@ -109,6 +166,11 @@ private:
         for (; !is_at_end();) {
             if (is_space(text_[at_])) {
                 ++at_;
+            } else if (auto const blank = typographic(typographic_blanks, at_)) {
+                if (!std::exchange(has_odd_blanks_, true))
+                    fault(at_, "here is a character that looks like a space and is none, as those of word "
+                               "processors and web pages: write a space");
+                at_ += blank;
             } else if (is_at_comment()) {
                 first = first.value_or(at_);
                 skip_comment();
@@ -133,7 +195,8 @@ private:
             parser.finish(error);
         if (!error)
             return parser.release();
-        fault(offset, token.starts_with('"')
+        fault(offset, !is_utf8(token) ? "this is no UTF-8: save the file as UTF-8"
+                      : token.starts_with('"')
                           ? concat("this string can't be read (", error.message(), " at ",
                                    line_and_column(text_, offset + used), ")")
                           : concat("this is neither a string in double quotes nor a number, true, false or "
@@ -142,9 +205,32 @@ private:
         return nullptr;
     }
 
-    /// A string in double quotes, or in single ones, which is a fault.
+    /// A string in quotes that only look like the double ones of JSON. All of a file are one fault.
+    json::value typographic_string()
+    {
+        auto const begin = at_;
+        at_ += typographic(typographic_quotes, at_);
+        auto const inside = at_;
+        auto const is_quote = [this] { return is_at('"') || typographic(typographic_quotes, at_) > 0; };
+        while (!is_at_end() && text_[at_] != '\n' && !is_quote())
+            ++at_;
+        auto const text = text_.substr(inside, at_ - inside);
+        if (!std::exchange(has_odd_quotes_, true))
+            fault(begin, "these are typographic quotation marks, as those of word processors and web pages: "
+                         "write \" around every string");
+        if (is_at_end() || !is_quote()) {
+            lost_comma_ = true; // it may be in the string
+            return nullptr;
+        }
+        at_ += is_at('"') ? 1 : typographic(typographic_quotes, at_);
+        return json::value(text);
+    }
+
+    /// A string in double quotes, or in others, which is a fault.
     json::value string()
     {
+        if (typographic(typographic_quotes, at_) > 0)
+            return typographic_string();
         auto const begin = at_;
         char const quote = text_[at_++];
         while (!is_at_end() && text_[at_] != quote && text_[at_] != '\n')
@@ -164,20 +250,26 @@ private:
     std::string_view word()
     {
         auto const begin = at_;
-        while (!is_at_end() && !is_space(text_[at_]) && !is_structural(text_[at_]) && !is_at_comment())
+        while (!is_at_end() && !is_space(text_[at_]) && !is_structural(text_[at_]) && !is_at_comment() &&
+               typographic(typographic_blanks, at_) == 0)
             ++at_;
         return text_.substr(begin, at_ - begin);
     }
 
-    bool is_unit_next()
+    /// A number with a unit, or several, that begins at `begin` and may go on behind what was read; empty: it
+    /// is none.
+    std::string_view quantity(std::size_t begin)
     {
-        auto const before = at_;
-        while (is_at(' ') || is_at('\t'))
-            ++at_;
-        bool const found = std::ranges::find(units, word()) != units.end();
-        if (!found)
-            at_ = before;
-        return found;
+        for (auto end = at_;; end = at_) {
+            while (is_at(' ') || is_at('\t'))
+                ++at_;
+            bool const is_more = !word().empty() && is_quantity(text_.substr(begin, at_ - begin));
+            if (is_more)
+                continue;
+            at_ = end;
+            auto const whole = text_.substr(begin, end - begin);
+            return is_quantity(whole) ? whole : std::string_view();
+        }
     }
 
     /// What is neither an object, nor a list, nor a string.
@@ -185,23 +277,19 @@ private:
     {
         auto const begin = at_;
         auto const token = word();
-        auto const digits = std::size_t(std::ranges::find_if_not(token, is_number_character) - token.begin());
-        bool const has_unit = digits > 0 && std::ranges::find(units, token.substr(digits)) != units.end();
-        if (has_unit || (digits > 0 && digits == token.size() && is_unit_next())) {
-            fault(begin,
-                  concat("a number has no unit: write ", token.substr(0, std::min<std::size_t>(digits, 40)),
-                         ", in the unit of the key"));
-            return nullptr;
+        if (auto const number = quantity(begin); !number.empty()) {
+            fault(begin, "a number has no unit");
+            json_.faults.back().is_quantity = true;
+            return json::value(number);
         }
-        if (token == "True" || token == "False" || token == "None") {
-            fault(begin, concat("JSON has ",
-                                token == "True"    ? "true"
-                                : token == "False" ? "false"
-                                                   : "null",
-                                " in place of ", token));
-            return nullptr;
-        }
-        return scalar(token, begin);
+        auto const* const meant = is_among(yes, token)       ? "true"
+                                  : is_among(no, token)      ? "false"
+                                  : is_among(nothing, token) ? "null"
+                                                             : nullptr;
+        if (!meant)
+            return scalar(token, begin);
+        fault(begin, concat("JSON has ", meant, " in place of ", token));
+        return nullptr;
     }
 
     json::value value(JsonPlace& place, std::size_t depth)
@@ -363,6 +451,8 @@ private:
     std::size_t at_ = 0;
     bool broken_ = false;
     bool lost_comma_ = false;
+    bool has_odd_quotes_ = false; ///< That was told.
+    bool has_odd_blanks_ = false;
     PositionedJson json_;
 };
 

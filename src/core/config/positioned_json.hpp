@@ -32,6 +32,8 @@ struct JsonRemark
 
     std::size_t offset = 0;
     std::string text;
+    /// There is a number with a unit, which is read as a string: whoever knows the key knows what to write.
+    bool is_quantity = false;
 };
 
 struct PositionedJson

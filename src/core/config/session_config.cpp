@@ -6,6 +6,7 @@
 #include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/ip_address.hpp"
+#include "core/access/site_access.hpp"
 #include "core/discovery/machine_name.hpp"
 #include "core/notices/mail_message.hpp"
 #include "core/text.hpp"
@@ -21,6 +22,8 @@ namespace {
 using namespace core;
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t least_password = 8; // as in its file
 
 bool is_server_address(std::string_view text)
 {
@@ -80,6 +83,20 @@ void read_internal_address(ConfigReader& inner, ServerSpec& server)
         std::tie(server.first_port, server.last_port) = *range;
 }
 
+/// What to write instead of an address that is nearly one.
+std::string machine_advice(std::string_view text)
+{
+    constexpr std::string_view usual_port = ":2000";
+    if (auto const scheme = text.find("://"); scheme != std::string_view::npos)
+        text.remove_prefix(scheme + 3);
+    while (text.ends_with('/'))
+        text.remove_suffix(1);
+    bool const is_name = text.find('/') == std::string_view::npos && is_authority(text);
+    if (is_server_entry(text))
+        return concat(": write \"", text, "\"");
+    return is_name ? concat(": write \"", text, usual_port, "\", if that is its port") : std::string();
+}
+
 /// An entry of `simulationServers`: an address, or an object with an address and how to treat it.
 void read_simulation_server(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
                             ServerSpec& server)
@@ -90,7 +107,7 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
     if (auto const* text = entry.if_string()) {
         server.address = *text;
         if (!is_server_entry(server.address))
-            reader.refuse_entry(key, number, entry, address);
+            reader.refuse_entry(key, number, entry, address, machine_advice(server.address));
     } else if (auto const* object = entry.if_object()) {
         auto inner = reader.entry(key, number, *object);
         inner.read_members(server);
@@ -99,7 +116,7 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
         if (!inner.has("address"))
             inner.require("address", address);
         else if (!is_server_entry(server.address))
-            inner.refuse("address", address);
+            inner.refuse("address", address, machine_advice(server.address));
         reader.take_over(inner);
     } else {
         reader.refuse_entry(key, number, entry,
@@ -133,7 +150,7 @@ void read_simulation_servers(ConfigReader& reader, bool is_optional, std::vector
     if (!found)
         return reader.require("simulationServers", wanted);
     if (!found->is_array())
-        return reader.refuse("simulationServers", wanted);
+        return reader.refuse("simulationServers", wanted, list_advice(*found));
     for (auto const& entry : found->get_array()) {
         auto& server = servers.emplace_back();
         read_simulation_server(reader, servers.size(), entry, server);
@@ -204,6 +221,65 @@ void complete_gateway(ConfigReader& reader, SessionConfig& config)
     refuse_ambiguous_ports(reader, servers);
 }
 
+/// As far as it is seen without a name server.
+std::string machine_behind(ServerSpec const& server)
+{
+    auto const end = server.address.find_last_of(":/");
+    auto host = lower_case(server.address.substr(0, end));
+    if (reach_of(host) == Reach::this_machine)
+        host = "localhost";
+    return concat(host, ":", server.address.substr(end + 1));
+}
+
+/// A machine that is there twice gets the simulations of two.
+void warn_of_the_same_machine(ConfigReader& reader, std::vector<ServerSpec> const& servers)
+{
+    std::map<std::string, std::size_t> known;
+    for (std::size_t i = 0; i < servers.size(); ++i) {
+        if (stands_for_found(servers[i].address))
+            continue;
+        auto const [first, is_new] = known.emplace(machine_behind(servers[i]), i + 1);
+        if (!is_new)
+            reader.warn_entry("simulationServers", i + 1,
+                              concat("\"", servers[i].address, "\" is the machine of entry ",
+                                     std::to_string(first->second), " again: remove one of the two"));
+    }
+}
+
+void warn_of_machines(ConfigReader& reader, SessionConfig const& config)
+{
+    auto const& servers = config.simulation_servers;
+    if (servers.empty() && !config.announcements)
+        reader.warn("simulationServers",
+                    "no machine is listed, and nobody can start a simulation: name one, as "
+                    "in [\"localhost:2000\"]");
+    warn_of_the_same_machine(reader, servers);
+    for (std::size_t i = 0; i < servers.size(); ++i) {
+        auto const slash = servers[i].address.find('/');
+        auto const host = servers[i].address.substr(0, slash);
+        if (slash == std::string::npos || !servers[i].internal_address.empty() ||
+            reach_of(host) != Reach::this_machine)
+            continue;
+        reader.warn_entry("simulationServers", i + 1,
+                          concat("\"", servers[i].address, "\" is asked at ",
+                                 config.address.ssl ? "https://" : "http://", servers[i].address,
+                                 "/load, so at port ", config.address.ssl ? "443" : "80",
+                                 ", where a proxy has to be. Without a proxy write \"", host, ":",
+                                 servers[i].address.substr(slash + 1), "\""));
+    }
+}
+
+/// The session server knows no forges: what is no address of a world at all is told.
+void warn_of_viewer_url(ConfigReader& reader, std::string const& url)
+{
+    bool const is_world = url.find(':') != std::string::npos && url.ends_with(".wbt");
+    if (!url.empty() && !is_world)
+        reader.warn("viewerUrl",
+                    concat("\"", printable(url, 200),
+                           "\" is no address of a world, and the viewer suggests it to everybody: write one "
+                           "as in \"https://github.com/<owner>/<repository>/blob/main/worlds/<world>.wbt\""));
+}
+
 /// Simulation servers announce simulations below their own `port`.
 void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
                          std::vector<std::string>& warnings)
@@ -226,6 +302,9 @@ void check_teacher_password(ConfigReader& reader, SessionConfig const& config)
 {
     if (!config.service.teacher_password.empty() && !config.service.teacher_password_file.empty())
         reader.refuse("teacherPasswordFile", "no such key beside \"teacherPassword\": one of the two");
+    auto const size = config.service.teacher_password.size();
+    if (size > 0 && size < least_password)
+        reader.refuse("teacherPassword", "a string of at least 8 characters, since anybody may guess");
 }
 
 /// Empty counts as absent: operators switch mails off like that.
@@ -291,6 +370,9 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     read_simulation_servers(*reader, config.announcements, config.simulation_servers);
     complete_gateway(*reader, config);
     check_server_name(*reader, "server", config.address.host);
+    warn_of_two_ports(*reader, "server", config.address);
+    warn_of_machines(*reader, config);
+    warn_of_viewer_url(*reader, config.service.viewer_url);
     check_network(*reader, config.address.port, config.network);
     check_access(*reader, config.access);
     check_teacher_password(*reader, config);

@@ -71,7 +71,8 @@ void read_forges(ConfigReader& reader, fs::path const& folder, std::vector<Forge
     auto const* list = found->if_array();
     if (!list)
         return reader.refuse("forges",
-                             "a list of base URLs, or of objects {\"url\": ..., \"directory\": ...}");
+                             "a list of base URLs, or of objects {\"url\": ..., \"directory\": ...}",
+                             list_advice(*found));
     forges.clear();
     for (auto const& entry : *list) {
         auto& forge = forges.emplace_back();
@@ -307,8 +308,10 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     Configured<SimulationConfig> configured;
     auto& config = configured.config;
     reader->read_members(config);
-    for (std::string_view const key : {"fullyQualifiedDomainName", "server"})
+    for (std::string_view const key : {"fullyQualifiedDomainName", "server"}) {
         check_server_name(*reader, key, config.address.host);
+        warn_of_two_ports(*reader, key, config.address);
+    }
     complete_sandbox(*reader, config);
     check_port(*reader, config);
     check_network(*reader, config.address.port, config.network);

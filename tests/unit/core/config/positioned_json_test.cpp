@@ -60,10 +60,11 @@ BOOST_AUTO_TEST_CASE(what_people_take_for_json_is_called_by_its_name)
                                         "1:14 there is a comma after the last entry of the object\n");
     check_faults("{'a': 'b'}",
                  "1:2 JSON has double quotes, no single ones\n1:7 JSON has double quotes, no single ones\n");
-    check_faults("{\"a\": 5 s, \"b\": 10MB}",
-                 "1:7 a number has no unit: write 5, in the unit of the key\n"
-                 "1:17 a number has no unit: write 10, in the unit of the key\n");
-    check_faults("{\"a\": True}", "1:7 JSON has true in place of True\n");
+    check_faults("{\"a\": 5 s, \"b\": 10MB}", "1:7 a number has no unit\n1:17 a number has no unit\n");
+    BOOST_TEST(read_positioned_json("{\"a\": 1 h 30min }").value.at("a") == "1 h 30min");
+    check_faults("{\"a\": True, \"b\": off, \"c\": None}",
+                 "1:7 JSON has true in place of True\n1:18 JSON has false in place of off\n"
+                 "1:28 JSON has null in place of None\n");
     check_faults("{\"a\": 1\n\"b\": 2}", "1:8 a comma is missing here\n");
     check_faults("{\"a\": 1,, \"b\": 2}", "1:9 there is a comma too many\n");
     check_faults("{\"a\" 1, \"b\", \"c\" = 2}",
@@ -74,6 +75,37 @@ BOOST_AUTO_TEST_CASE(what_people_take_for_json_is_called_by_its_name)
                  "1:7 this is neither a string in double quotes nor a number, true, false or null "
                  "(syntax error)\n");
     check_faults("{\"a\": \"b,\n\"c\": 1}", "1:7 this string has no quote at its end\n");
+}
+
+BOOST_AUTO_TEST_CASE(what_other_programs_have_written_is_one_fault)
+{
+    std::string_view const text = "{\n\"a\": 1}";
+    std::string little("\xff\xfe");
+    std::string big("\xfe\xff");
+    for (char const c : text) {
+        little += {c, '\0'};
+        big += {'\0', c};
+    }
+    auto const utf16 = "1:1 the file is in UTF-16: save it as UTF-8\n";
+    for (auto const& file : {little, big, little.substr(2), big.substr(2)})
+        check_faults(file, utf16);
+    check_faults(std::string_view("{\0\0\0\n\0\0\0", 8), "1:1 the file is in UTF-32: save it as UTF-8\n");
+    check_faults("{\"a\": \"m\xe4x\"}", "1:7 this is no UTF-8: save the file as UTF-8\n");
+    check_faults(
+        "{\xe2\x80\x9c"
+        "a\xe2\x80\x9d: \xe2\x80\x9e"
+        "b\xe2\x80\x9c, \"c\": 1}",
+        "1:2 these are typographic quotation marks, as those of word processors and web pages: write \" "
+        "around every string\n");
+    check_faults(
+        "{\xc2\xa0\"a\":\xc2\xa0"
+        "1}",
+        "1:2 here is a character that looks like a space and is none, as those of word processors and web "
+        "pages: write a space\n");
+    for (auto const* other : {"port: 2000\nserver: h\n", "\x1f\x8b\x08", "server = h"})
+        check_faults(other, "1:1 a configuration begins with {, and this does not\n");
+    check_faults("{\r\n\"a\": 1\r\n}\r\n", "");
+    check_faults("{\r\n\"a\": 1\r\n\"b\": 2}", "2:7 a comma is missing here\n");
 }
 
 BOOST_AUTO_TEST_CASE(what_comes_to_an_end_too_early_or_too_late_is_told)
