@@ -64,7 +64,9 @@ struct SimulationService::Impl
     }
 
     static std::span<Route<Impl> const> routes();
+    Answer front_page(IncomingRequest const& request);
     Answer client_without_upgrade(IncomingRequest const& request);
+    bool is_person(IncomingRequest const& request) const;
     bool has_ticket(IncomingRequest const& request) const;
     bool admit(std::uint64_t id, ChannelInfo const& info, core::SimulationRequest const& request,
                Channel& channel);
@@ -189,6 +191,7 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
 {
     static constexpr auto table = std::to_array<Route<Impl>>({
         // clang-format off
+        {"/",             core::Methods::read, &Impl::is_person,           Upgrade::ignored,  &Impl::front_page},
         {"/client",       core::Methods::get,  everybody,                  Upgrade::accepted, &Impl::client_without_upgrade},
         {"/ticket*",      core::Methods::get,  &Impl::has_ticket,          Upgrade::accepted, &Impl::client_without_upgrade},
         // Without a token nothing is found, whatever the method.
@@ -196,6 +199,20 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
         // clang-format on
     });
     return table;
+}
+
+bool SimulationService::Impl::is_person(IncomingRequest const& request) const
+{
+    return request.header("Accept").find("text/html") != std::string_view::npos;
+}
+
+/// People who have typed the address of the machine are led to what it has for them.
+Answer SimulationService::Impl::front_page(IncomingRequest const&)
+{
+    HttpResponse response(302, {}, {});
+    response.headers.emplace_back("Location", "monitor"); // relative, for proxies that rewrite paths
+    response.headers.emplace_back("Vary", "Accept");
+    return response;
 }
 
 Answer SimulationService::Impl::client_without_upgrade(IncomingRequest const&)

@@ -118,6 +118,13 @@ class Starts(unittest.IsolatedAsyncioTestCase):
                         self.assertTrue(browser.told[0].startswith("loading: Error: Wrong message: "))
             self.assertIsNotNone(simulation.get("/load"))
 
+    def test_people_who_open_the_root_are_led_to_the_monitor(self):
+        with server() as simulation:
+            self.assertEqual(simulation.ask("/")[0], 404, "programs, as with the Python servers")
+            status, page = simulation.ask("/", headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
+            self.assertEqual(status, 200)
+            self.assertEqual(page, simulation.ask("/monitor", headers={"Accept": "text/html"})[1])
+
     def test_messages_without_end_are_not_kept(self):
         hundred_megabytes = struct.pack("!BBQ", 0x81, 0xff, 100_000_000) + b"\0\0\0\0" + b"x" * 1_000_000
         endless_fragments = frame(0x01, b"") + frame(0x00, b"") * 100_000
