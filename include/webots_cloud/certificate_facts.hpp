@@ -18,6 +18,8 @@ struct CertificateFacts
     WallTime begins;    ///< It is valid from here
     WallTime ends;      ///< to here.
     bool fits = true;   ///< It is for the host that was asked about.
+    int key_bits = 0;
+    bool is_weak = false; ///< Its key is so short that browsers refuse it: RSA of 1024 bits, for instance.
     /// Why nobody believes it, whatever the day is, as in "unable to get local issuer certificate"; empty: an
     /// authority that this machine trusts vouches for it.
     std::string chain_problem;

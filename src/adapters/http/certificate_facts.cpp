@@ -22,6 +22,8 @@ namespace {
 using adapters::OpensslCertificate;
 using core::concat;
 
+constexpr int least_security = 112; // as RSA of 2048 bits, which browsers and Debian's OpenSSL want
+
 using CertificateStack =
     std::unique_ptr<STACK_OF(X509),
                     decltype([](STACK_OF(X509) * stack) { sk_X509_pop_free(stack, X509_free); })>;
@@ -98,6 +100,9 @@ result<CertificateFacts> read_certificate(std::filesystem::path const& certifica
     facts.issuer = common_name(X509_get_issuer_name(own.get()));
     facts.begins = time_of(X509_get0_notBefore(own.get()));
     facts.ends = time_of(X509_get0_notAfter(own.get()));
+    auto const* const key = X509_get0_pubkey(own.get());
+    facts.key_bits = key ? EVP_PKEY_get_bits(key) : 0;
+    facts.is_weak = key && EVP_PKEY_get_security_bits(key) < least_security;
     facts.fits = host.empty() || is_for(own.get(), host);
     facts.chain_problem = problem_of_chain(own.get(), chain.get(), trust->get());
     ERR_clear_error();

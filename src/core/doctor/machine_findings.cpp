@@ -52,6 +52,14 @@ Finding judge_clock(bool is_synchronised)
             "Install systemd-timesyncd or chrony: certificates and tickets are refused where clocks differ."};
 }
 
+Finding judge_lost_log(std::string_view path)
+{
+    return {Verdict::fault, lost_log_subject,
+            concat("the server writes to a file that is not at ", path,
+                   " any more: it, or its folder, was removed or replaced while the server ran"),
+            "Restart the server, or move back what was there at its start."};
+}
+
 Finding judge_open_files(std::uint64_t limit, std::uint64_t wanted)
 {
     auto const found = concat("at most ", std::to_string(limit), " at a time");

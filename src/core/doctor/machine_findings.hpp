@@ -34,6 +34,12 @@ Finding judge_memory(std::uint64_t available, std::uint64_t total, std::uint64_t
 /// Whether somebody sets the clock of this machine right, as far as the kernel knows.
 Finding judge_clock(bool is_synchronised);
 
+inline constexpr std::string_view lost_log_subject = "log file";
+
+/// A log file that is not there any more, as the server knows it: somebody has removed or replaced it, or its
+/// folder, while the server ran.
+Finding judge_lost_log(std::string_view path);
+
 /// The limit of open files, and the most connections that the server wants to keep.
 Finding judge_open_files(std::uint64_t limit, std::uint64_t wanted);
 

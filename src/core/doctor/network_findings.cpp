@@ -109,6 +109,10 @@ Finding judge_certificate(result<> const& pair, result<CertificateFacts> const& 
                           WallTime now)
 {
     constexpr std::string_view subject = "certificate";
+    if (facts && facts->is_weak)
+        return {Verdict::fault, subject,
+                concat("its key has only ", std::to_string(facts->key_bits), " bits, and browsers refuse it"),
+                "Get one with a key of 2048 bits, or of an elliptic curve."};
     if (!pair)
         return {Verdict::fault, subject, pair.error().message(),
                 "Correct \"sslCertificate\" and \"sslKey\"."};
@@ -150,9 +154,18 @@ Finding judge_registry(std::string_view url, result<int> const& answer)
                             "none).");
 }
 
-Finding judge_simulation_server(std::string_view address, result<LoadReport> const& report)
+Finding judge_simulation_server(std::string_view address, result<LoadReport> const& report,
+                                std::uint16_t proxy_port)
 {
     auto const subject = concat("machine ", address);
+    if (!report && proxy_port != 0)
+        return {Verdict::fault, subject,
+                concat("asked at port ", std::to_string(proxy_port), " of ",
+                       address.substr(0, address.find('/')),
+                       ", where a proxy has to lead to it: ", report.error().message()),
+                "Start that proxy, as docs/proxies.md says, or write the machine with a colon, as host:port, "
+                "if there "
+                "is none."};
     if (!report)
         return {Verdict::fault, subject, report.error().message(),
                 "No browser is sent there: start it, and let this machine reach it, or correct "

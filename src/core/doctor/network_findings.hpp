@@ -44,8 +44,10 @@ Finding judge_certificate(result<> const& pair, result<CertificateFacts> const& 
 Finding judge_forge(std::string_view url, result<int> const& answer);
 Finding judge_registry(std::string_view url, result<int> const& answer);
 
-/// What a simulation server answers to a session server.
-Finding judge_simulation_server(std::string_view address, result<LoadReport> const& report);
+/// What a simulation server answers to a session server. `proxy_port`: where a proxy was asked for it, as for
+/// `host/2000`; 0: it was asked itself.
+Finding judge_simulation_server(std::string_view address, result<LoadReport> const& report,
+                                std::uint16_t proxy_port = 0);
 
 /// For how many machines a name stands, and what was wrong with the answer.
 Finding judge_machine_name(std::string_view entry, std::size_t machines, std::string_view problem);

@@ -90,6 +90,28 @@ BOOST_AUTO_TEST_CASE(a_certificate_has_to_be_for_the_server_and_from_somebody_kn
     BOOST_TEST(judge(facts).found == "it is for other.example.org, and not for robots.example.org");
 }
 
+BOOST_AUTO_TEST_CASE(a_short_key_is_told_whether_openssl_takes_it_or_not)
+{
+    auto facts = good_certificate();
+    facts.key_bits = 1024;
+    facts.is_weak = true;
+    Finding const wanted(Verdict::fault, "certificate", "its key has only 1024 bits, and browsers refuse it",
+                         "Get one with a key of 2048 bits, or of an elliptic curve.");
+    BOOST_TEST((judge(facts) == wanted));
+    result<> const pair = Failure(errc::invalid_config, "ee key too small");
+    BOOST_TEST((judge_certificate(pair, facts, "robots.example.org", now) == wanted));
+}
+
+BOOST_AUTO_TEST_CASE(of_a_machine_behind_a_proxy_the_port_is_told)
+{
+    auto const found =
+        judge_simulation_server("localhost/2000", Failure(errc::unreachable, "Connection refused"), 80);
+    BOOST_TEST((found.verdict == Verdict::fault));
+    BOOST_TEST(found.found ==
+               "asked at port 80 of localhost, where a proxy has to lead to it: Connection refused");
+    BOOST_TEST((judge_simulation_server("localhost/2000", LoadReport(1), 80).verdict == Verdict::ok));
+}
+
 BOOST_AUTO_TEST_CASE(files_that_can_not_be_used_as_a_certificate_are_a_fault)
 {
     result<> const pair = Failure(errc::invalid_config, "the key k.pem can't be used");
