@@ -171,7 +171,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
             program = f"/usr/local/bin/{unit.name.removesuffix('.service')}"
             return subprocess.run([program, option, unit.config], capture_output=True, text=True, timeout=60).stdout.strip()
 
-        self.assertIn("decisions", json.loads(ask(self.session, "--decisions")))
+        self.assertIn("decisions", json.loads(ask(self.session, "--decisions", "--json")))
         self.assertEqual(ask(self.simulation, "--drain"), "draining")
         self.assertEqual(ask(self.simulation, "--resume"), "serving")
 

@@ -203,7 +203,7 @@ class Packages(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(self.simulation.show("ActiveState"), "active")
 
     def test_operators_commands_find_the_running_servers(self):
-        asked = subprocess.run(["webots-session-server", "--decisions"], cwd="/", check=True, capture_output=True, text=True)
+        asked = subprocess.run(["webots-session-server", "--decisions", "--json"], cwd="/", check=True, capture_output=True, text=True)
         self.assertIn("decisions", json.loads(asked.stdout))
 
     def test_one_server_alone_is_purged_without_the_other(self):

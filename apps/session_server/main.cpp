@@ -12,14 +12,15 @@ int main(int argc, char** argv)
         return usage;
     if (arguments->doctor)
         return diagnose_session_server(*arguments);
-    auto const [config, status] = load_config(program, *arguments, parse_session_config);
-    if (!config)
+    auto const [configured, status] = load_config(program, *arguments, parse_session_config);
+    if (!configured)
         return status;
+    auto const& config = configured->config;
     if (arguments->command)
-        return ask_running_server(program, *arguments->command, config->address.port, config->access);
-    auto const confined = confine_session_server(*config, arguments->config); // before there are threads
-    auto const log =
-        open_log(program, config->log_dir / "session" / "output.log", config->debug, config->json_log);
+        return ask_running_server(program, *arguments, config.address.port, config.access);
+    auto const confined = confine_session_server(config, arguments->config); // before there are threads
+    auto const log = open_log(program, config.log_dir / "session" / "output.log", config.debug,
+                              config.json_log, configured->warnings);
     if (!log)
         return exit_usage;
     log->info(confined ? "This server can open only the files that it needs (Landlock)."
@@ -28,7 +29,7 @@ int main(int argc, char** argv)
     auto const reload = [&given = *arguments] { return read_config(given, parse_session_config); };
     return run_daemon(
         program.name,
-        [&settings = *config, &reload, &log](boost::asio::any_io_executor executor) {
+        [&settings = config, &reload, &log](boost::asio::any_io_executor executor) {
             return serve_sessions(executor, settings, reload, *log);
         },
         *log);

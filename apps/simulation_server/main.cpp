@@ -12,19 +12,20 @@ int main(int argc, char** argv)
         return usage;
     if (arguments->doctor)
         return diagnose_simulation_server(*arguments, program_folder());
-    auto const [config, status] = load_config(program, *arguments, parse_simulation_config);
-    if (!config)
+    auto const [configured, status] = load_config(program, *arguments, parse_simulation_config);
+    if (!configured)
         return status;
+    auto const& config = configured->config;
     if (arguments->command)
-        return ask_running_server(program, *arguments->command, config->address.port, config->access);
-    auto const log =
-        open_log(program, config->log_dir / "simulation" / "output.log", config->debug, config->json_log);
+        return ask_running_server(program, *arguments, config.address.port, config.access);
+    auto const log = open_log(program, config.log_dir / "simulation" / "output.log", config.debug,
+                              config.json_log, configured->warnings);
     if (!log)
         return exit_usage;
     auto const reload = [&given = *arguments] { return read_config(given, parse_simulation_config); };
     return run_daemon(
         program.name,
-        [&settings = *config, &given = *arguments, &reload, &log](boost::asio::any_io_executor executor) {
+        [&settings = config, &given = *arguments, &reload, &log](boost::asio::any_io_executor executor) {
             return serve_simulations(executor, settings, reload, program_folder(), *log, given.config);
         },
         *log);

@@ -40,6 +40,8 @@ struct OperatorCommand
     std::string summary;
     std::string method;
     std::string target; ///< The value, percent-encoded, is appended to it.
+    /// The answer, which is JSON, as people read it; null: it is printed as it is.
+    std::string (*table)(std::string_view answer) = nullptr;
 };
 
 /// What a program is called and does, for `--help`.
@@ -65,7 +67,7 @@ struct Arguments
     std::filesystem::path config;           ///< The file to read.
     bool check_config = false;              ///< Read it, say what is wrong, and stop.
     bool doctor = false;                    ///< Look at everything that an operator can get wrong, and stop.
-    bool json = false;                      ///< What `doctor` finds is for programs.
+    bool json = false;                      ///< What `doctor` finds, or `command` is told, is for programs.
     std::string log_format;                 ///< `text` or `json`; empty: what the file says.
     int moved_ports = 0;                    ///< Added to the ports of the file: see `move_ports`.
     std::optional<OperatorCommand> command; ///< Ask the server that runs with this configuration, and stop.
@@ -84,9 +86,9 @@ inline constexpr int exit_try_again = 3;
 std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv,
                                                          Program const& program);
 
-/// Asks the server that runs on this machine with this port and configuration, prints its answer or why there
-/// is none, and returns an exit status.
-int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
+/// Asks the server that runs on this machine with this port and configuration for what `arguments.command`
+/// says, prints its answer or why there is none, and returns an exit status.
+int ask_running_server(Program const& program, Arguments const& arguments, std::uint16_t port,
                        AccessConfig const& access);
 
 /// What `--doctor` does: reads the configuration, looks at everything that an operator can get wrong, changes
@@ -104,9 +106,10 @@ std::string terminal_text(std::string_view sentence);
 /// Errors: `invalid_config`, naming the file and the reason.
 result<std::string> read_config_file(std::filesystem::path const& path);
 
-/// Opens the log of a program and prints what is wrong with it, if anything.
+/// Opens the log of a program and prints what is wrong with it, if anything. Its first lines are `warnings`,
+/// those of the configuration.
 std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout,
-                               bool json);
+                               bool json, std::vector<std::string> const& warnings = {});
 
 /// Adds `distance` to every port of a site that is on this machine: the server's own ones, and those at which
 /// a session server finds simulation servers of this machine. So one number moves a whole site.
@@ -156,7 +159,7 @@ void print_failure(Program const& program, Failure const& failure);
 ///
 /// Returns an exit status instead when the program is to end at once.
 template<class Config>
-std::pair<std::optional<Config>, int>
+std::pair<std::optional<Configured<Config>>, int>
 load_config(Program const& program, Arguments const& arguments,
             result<Configured<Config>> (*parse)(std::string_view, std::filesystem::path const&))
 {
@@ -164,7 +167,7 @@ load_config(Program const& program, Arguments const& arguments,
     auto usable = configured ? check_files(*configured, arguments.config) : result<>(configured.error());
     if (usable && arguments.check_config)
         usable = check_surroundings(*configured, arguments.config);
-    if (configured)
+    if (configured && !arguments.command) // the running server has told them
         for (auto const& warning : configured->warnings)
             std::cerr << program.name << ": warning: " << terminal_text(warning) << std::endl;
     if (!usable) {
@@ -177,7 +180,7 @@ load_config(Program const& program, Arguments const& arguments,
             std::cout << terminal_text(note) << std::endl;
         return {std::nullopt, exit_ok};
     }
-    return {std::move(configured->config), exit_ok};
+    return {std::move(*configured), exit_ok};
 }
 
 /// For the thread of an event loop: from now on it waits for a processor as briefly as the kernel allows, and

@@ -182,8 +182,10 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
             if (!command.value.empty())
                 arguments.command->target += core::percent_encode(given[command.option].as<std::string>());
         }
-    if (arguments.json && !arguments.doctor) {
-        std::cerr << program.name << ": --json is for --doctor.\n";
+    bool const asks = arguments.command && arguments.command->table;
+    if (arguments.json && !arguments.doctor && !asks) {
+        std::cerr << program.name << ": --json is for --doctor"
+                  << (program.kind == "session" ? " and --decisions.\n" : ".\n");
         return {std::nullopt, exit_usage};
     }
     if (given.count("move-ports")) {
@@ -206,15 +208,19 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     return {arguments, exit_ok};
 }
 
-std::optional<Logger> open_log(Program const& program, fs::path const& file, bool to_stdout, bool json)
+std::optional<Logger> open_log(Program const& program, fs::path const& file, bool to_stdout, bool json,
+                               std::vector<std::string> const& warnings)
 {
     LogParams params;
     params.json = json;
     if (!to_stdout)
         params.file = file;
     auto log = make_logger(params);
-    if (log)
+    if (log) {
+        for (auto const& warning : warnings)
+            log->warning(warning);
         return *log;
+    }
     std::cerr << program.name << ": " << terminal_text(log.error().message()) << std::endl;
     return std::nullopt;
 }
@@ -249,9 +255,17 @@ result<std::string> read_config_file(fs::path const& path)
         return Failure(errc::invalid_config,
                        path.string() + ": expected a configuration file, found a folder");
     auto text = read_regular_file(path, max_config_size);
-    if (!text)
-        return Failure(errc::invalid_config,
-                       path.string() + ": the configuration can't be read: " + text.error().message());
+    if (!text) {
+        auto const target = fs::read_symlink(path, ignored);
+        auto const advice =
+            target.empty()
+                ? std::string()
+                : concat(". It is a link to ", target.string(),
+                         ": if it has become one while the server runs, restart that, since it opens "
+                         "only what was there at its start");
+        return Failure(errc::invalid_config, concat(path.string(), ": the configuration can't be read: ",
+                                                    text.error().message(), advice));
+    }
     return text;
 }
 

@@ -1,5 +1,7 @@
 // Files and folders that a configuration names, looked at before the server starts: what it can't do without
 // is an error, what it can is a warning. The configuration itself has been read by then (core/config).
+#include "certificate_finding.hpp"
+#include "core/config/positioned_json.hpp"
 #include "core/docker/container_walls.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/simulation/simulator_choice.hpp"
@@ -20,15 +22,48 @@ namespace {
 namespace fs = std::filesystem;
 using core::concat;
 
-result<> check_network(NetworkConfig const& network)
+/// `config.json:3:7: key "sslKey"`: where a key stands whose file is unusable.
+std::string place_of(fs::path const& origin, std::string_view key)
 {
-    return network.ssl_certificate.empty() ? result<>()
-                                           : check_certificate(network.ssl_certificate, network.ssl_key);
+    std::string place;
+    if (auto const text = read_config_file(origin)) {
+        auto const read = core::read_positioned_json(*text);
+        if (auto const found = read.place.members.find(key); found != read.place.members.end())
+            place = concat(core::line_and_column(*text, found->second.value), ":");
+    }
+    return concat(origin.string(), ":", place, " key \"", key, "\"");
 }
 
-result<> check_trust(fs::path const& ca_file)
+/// What keeps browsers from the server, although it starts, is a warning.
+template<class Config>
+result<> check_network(Configured<Config>& configured, fs::path const& origin)
 {
-    return ca_file.empty() ? result<>() : check_authorities(ca_file);
+    auto const& network = configured.config.network;
+    if (network.ssl_certificate.empty())
+        return {};
+    auto const found = app::find_certificate_faults(network, configured.config.address);
+    auto const& finding = found.finding;
+    auto const line = concat(place_of(origin, found.key), ": ", finding.found, ". ",
+                             finding.remedy.substr(0, finding.remedy.size() - finding.remedy.ends_with('.')));
+    if (!found.is_usable)
+        return Failure(errc::invalid_config, line);
+    if (finding.verdict != core::Verdict::ok)
+        configured.warnings.push_back(line);
+    return {};
+}
+
+/// With the key that names the file.
+result<> told_by(fs::path const& origin, std::string_view key, Failure const& why)
+{
+    return Failure(why.code(), concat(place_of(origin, key), ": ", why.message()));
+}
+
+template<class Config>
+result<> check_trust(Configured<Config> const& configured, fs::path const& origin)
+{
+    auto const& file = configured.config.ca_file;
+    auto const trusted = file.empty() ? result<>() : check_authorities(file);
+    return trusted ? trusted : told_by(origin, "caFile", trusted.error());
 }
 
 /// The files that every simulation in a container needs.
@@ -86,15 +121,40 @@ void warn_of_challenges(std::vector<std::string>& warnings, NetworkConfig const&
                                   ": certbot can't prove that this host is yours until there is"));
 }
 
-result<> check_access(AccessConfig const& access)
+/// A token that is not there yet opens nothing: `server.sh` makes that of a site.
+template<class Config>
+result<> check_access(Configured<Config>& configured, fs::path const& origin)
 {
+    auto const& access = configured.config.access;
     if (!access.session_secret.empty())
         if (auto const mac = make_ticket_mac(access.session_secret); !mac)
-            return mac.error();
-    if (access.operator_token_file.empty())
+            return told_by(origin, "sessionSecret", mac.error());
+    auto const& file = access.operator_token_file;
+    if (file.empty())
         return {};
-    auto const token = make_operator_token_check(access.operator_token_file);
-    return token ? result<>() : token.error();
+    std::error_code ignored;
+    if (fs::status(file, ignored).type() == fs::file_type::not_found) {
+        configured.warnings.push_back(concat(
+            place_of(origin, "operatorTokenFile"), ": there is no file ",
+            fs::absolute(file, ignored).string(),
+            ": nobody is the operator over the network until a token is in it and the server gets SIGHUP"));
+        return {};
+    }
+    auto const token = make_operator_token_check(file);
+    return token ? result<>() : told_by(origin, "operatorTokenFile", token.error());
+}
+
+/// `auto` takes what there is; whoever asks for one of them has to install it.
+result<> check_sandbox(Configured<SimulationConfig> const& configured, fs::path const& origin)
+{
+    auto const& name = configured.config.sandbox;
+    std::string_view const program = name == "firejail" ? "firejail" : name == "bubblewrap" ? "bwrap" : "";
+    if (program.empty() || configured.config.docker || !app::find_program(program).empty())
+        return {};
+    return Failure(errc::invalid_config,
+                   concat(place_of(origin, "sandbox"), ": ", name,
+                          " is not installed, and the server does not start without it: apt install ", name,
+                          ", or write \"auto\", which takes what there is"));
 }
 
 bool everybody_may_read(fs::path const& file)
@@ -146,23 +206,23 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
     if (!configured.config.mail.password.empty())
         warn_of_open_secret(configured.warnings, origin, "\"mailSenderPassword\"");
-    if (auto const certified = check_network(configured.config.network); !certified)
+    if (auto const certified = check_network(configured, origin); !certified)
         return certified;
     if (!configured.config.service.teacher_password.empty())
         warn_of_open_secret(configured.warnings, origin, "\"teacherPassword\"");
-    if (auto const trusted = check_trust(configured.config.ca_file); !trusted)
+    if (auto const trusted = check_trust(configured, origin); !trusted)
         return trusted;
     if (auto const& file = configured.config.service.teacher_password_file; !file.empty()) {
         std::error_code ignored;
         if (!fs::exists(file, ignored))
             configured.warnings.push_back(
-                concat(origin.string(), ": key \"teacherPasswordFile\": there is no file ",
+                concat(place_of(origin, "teacherPasswordFile"), ": there is no file ",
                        fs::absolute(file, ignored).string(),
                        ": nobody can open a class until a password is in it and the server gets SIGHUP"));
         else if (auto const password = read_password(file); !password)
-            return password.error();
+            return told_by(origin, "teacherPasswordFile", password.error());
     }
-    return check_access(configured.config.access);
+    return check_access(configured, origin);
 }
 
 result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)
@@ -170,9 +230,9 @@ result<> check_files(Configured<SimulationConfig>& configured, fs::path const& o
     warn_of_challenges(configured.warnings, configured.config.network, origin);
     warn_of_missing_folders(configured, origin);
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
-    for (auto const& checked :
-         {check_network(configured.config.network), check_access(configured.config.access),
-          check_trust(configured.config.ca_file), check_webots(configured.config, origin)})
+    for (auto const& checked : {check_network(configured, origin), check_access(configured, origin),
+                                check_trust(configured, origin), check_webots(configured.config, origin),
+                                check_sandbox(configured, origin)})
         if (!checked)
             return checked;
     auto const has_templates = check_templates(configured.config, origin);

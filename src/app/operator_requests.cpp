@@ -95,20 +95,22 @@ AccessParams access_params(std::string const& server, AccessConfig const& access
 
 result<OperatorTokenCheck> operator_token_check(AccessConfig const& access)
 {
-    if (access.operator_token_file.empty())
+    std::error_code ignored;
+    if (fs::status(access.operator_token_file, ignored).type() == fs::file_type::not_found) // as was warned
         return OperatorTokenCheck();
     return make_operator_token_check(access.operator_token_file);
 }
 
 } // namespace app
 
-int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
+int ask_running_server(Program const& program, Arguments const& arguments, std::uint16_t port,
                        AccessConfig const& access)
 {
+    auto const& command = *arguments.command;
     auto const path = app::find_operator_socket(program.kind, port, access);
     auto const answer = ask_operator_socket(path, command.method, command.target);
     if (answer) {
-        std::cout << *answer << std::endl;
+        std::cout << (command.table && !arguments.json ? command.table(*answer) : *answer) << std::endl;
         return exit_ok;
     }
     std::cerr << terminal_text(

@@ -38,7 +38,7 @@ std::unique_ptr<OperatorSocket> open_operator_socket(boost::asio::any_io_executo
 /// What the configuration says of access, for a server called `server`.
 AccessParams access_params(std::string const& server, AccessConfig const& access);
 
-/// The check of `operatorTokenFile`; empty where there is none.
+/// The check of `operatorTokenFile`; empty where no such file is named, or is there.
 ///
 /// Errors: as `make_operator_token_check`.
 result<OperatorTokenCheck> operator_token_check(AccessConfig const& access);

@@ -1,5 +1,7 @@
 #include "options.hpp"
 
+#include "core/placement/decisions_table.hpp"
+
 #include <algorithm>
 
 namespace webots_cloud {
@@ -18,6 +20,7 @@ Program session_server_program()
         {"resume", "ADDRESS", "ask it to send browsers there again", "POST", "/api/drain?off&machine="},
         {"decisions", "show the last 100 placements of the running server, and why", "GET", "/api/decisions"},
     };
+    program.commands.back().table = core::decisions_table;
     return program;
 }
 
@@ -54,13 +57,16 @@ ProgramOption option(std::string name, std::string summary, std::string value = 
 
 std::vector<ProgramOption> options_of(Program const& program)
 {
+    bool const has_tables = std::ranges::any_of(
+        program.commands, [](OperatorCommand const& command) { return command.table != nullptr; });
     std::vector<ProgramOption> all{
         option("check-config", "read the configuration, say what is wrong with it, and stop"),
         option("doctor", "look at everything that can be wrong with the server and this machine, say what to "
                          "do, and stop"),
         option("help",
                "show this text; with the name of a key of the configuration after it: what that does"),
-        option("json", "with --doctor: say it in JSON"),
+        option("json",
+               has_tables ? "with --doctor or --decisions: say it in JSON" : "with --doctor: say it in JSON"),
         option("log-format", "how lines of the log are written, whatever the configuration says",
                "text|json"),
         option(

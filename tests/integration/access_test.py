@@ -281,7 +281,8 @@ os.execv({program('webots-demo-simulator')!r}, ['webots', *sys.argv[1:]])
     def test_whoever_connects_and_says_nothing_is_waited_for_briefly(self):
         with SessionServer([]) as session, socket.socket(socket.AF_UNIX) as silent:
             silent.connect(session.operator_socket())
-            self.assertEqual(session.command("--decisions"), (0, json.dumps({"decisions": []}, separators=(",", ":"))))
+            self.assertEqual(session.command("--decisions"), (0, "Nobody has asked for a simulation yet."))
+            self.assertEqual(session.command("--decisions", "--json"), (0, json.dumps({"decisions": []}, separators=(",", ":"))))
 
     def test_the_monitor_asks_for_its_password(self):
         with SessionServer([], monitorPassword="open sesame") as session:

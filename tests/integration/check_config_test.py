@@ -16,6 +16,7 @@ import unittest
 from contextlib import closing
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.certificates import Authority, openssl, self_signed  # noqa: E402
 from support.name_server import HangingNames  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import PATIENCE, SimulationServer, main, program, without_systemd  # noqa: E402
@@ -23,7 +24,7 @@ from support.servers import PATIENCE, SimulationServer, main, program, without_s
 NOBODY = "r" * 64 + ".example.org"  # too long for any name server, so that none is asked
 
 
-class Configuration(unittest.TestCase):
+class Checking(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_check_")
         self.addCleanup(shutil.rmtree, self.folder)
@@ -52,6 +53,8 @@ class Configuration(unittest.TestCase):
         self.assertIn(words, said)
         self.assertEqual(": warning: " in said, status == 0, said)
 
+
+class Configuration(Checking):
     def test_nothing_is_said_of_a_good_one_and_nothing_is_made(self):
         for server in ("session", "simulation"):
             self.assertEqual(self.check(server), (0, ""))
@@ -125,10 +128,73 @@ class Configuration(unittest.TestCase):
         self.assertEqual((status, said.count("\n")), (0, 1), said)
         self.assertIn("names: no name server has answered in time for 100 of 101 names. See to /etc/resolv.conf", said)
 
+    def test_a_sandbox_that_is_asked_for_by_name_is_installed(self):
+        self.environment = {"PATH": "/nowhere"}
+        for name in ("firejail", "bubblewrap"):
+            status, said = self.check(sandbox=name)
+            self.assertEqual(status, 2, said)
+            self.assertRegex(said, f'c.json:1:[0-9]+: key "sandbox": {name} is not installed, and the server does not start without it: apt install')
+        self.assertEqual(self.check(sandbox="auto"), (0, ""))
+
     def test_a_configuration_of_the_other_server(self):
         status, said = self.check("simulation", simulationServers=["localhost:2000"])
         self.assertEqual(status, 0)
         self.assertIn('unknown key "simulationServers" is ignored: it belongs into the configuration of webots-session-server', said)
+
+class Certificates(Checking):
+    """What the doctor says of them is said here, by a start, and in the log."""
+
+    def check_certificate(self, certificate, key, **more):
+        return self.check("session", ssl=True, simulationServers=["localhost:1"], sslCertificate=certificate, sslKey=key, **more)
+
+    def issued(self, *names, trusted=True, **options):
+        authority = Authority(self.folder, f"authority {len(os.listdir(self.folder))}")
+        self.environment = {"SSL_CERT_FILE": authority.certificate} if trusted else {}
+        return authority.issue("own", *(names or ("DNS:localhost",)), **options)
+
+    def test_a_good_one(self):
+        self.assertEqual(self.check_certificate(*self.issued(days=60)), (0, ""))
+
+    def test_the_server_starts_with_one_that_browsers_refuse(self):
+        for names, options, words in (((), {"days": -1}, "it has expired on"),
+                                      ((), {"days": 5}, "valid for 4 days. Renew it now"),
+                                      (("DNS:example.org",), {"days": 60}, "it is for example.org, and not for localhost"),
+                                      ((), {"days": 60, "trusted": False}, "browsers will not believe it: unable to get local issuer certificate")):
+            status, said = self.check_certificate(*self.issued(*names, **options))
+            self.assertEqual((status, said.count("\n")), (0, 1), said)
+            self.assertRegex(said, 'warning: c.json:1:[0-9]+: key "sslCertificate": ')
+            self.assertIn(words, said)
+
+    def test_a_key_of_1024_bits(self):
+        certificate, key = (os.path.join(self.folder, name) for name in ("short.pem", "short_key.pem"))
+        openssl("req", "-x509", "-newkey", "rsa:1024", "-nodes", "-days", "60", "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost",
+                "-keyout", key, "-out", certificate)
+        said = self.check_certificate(certificate, key)[1]
+        self.assertRegex(said, 'c.json:1:[0-9]+: key "sslCertificate": its key has only 1024 bits, and browsers refuse it. Get one with')
+
+    def test_files_that_are_unusable_are_named_with_their_key_and_its_line(self):
+        certificate, key = self.issued(days=60)
+        another = self_signed(self.folder, "DNS:localhost")[1]
+        for (one, other), name, words in (((certificate, another), "sslKey", "it is not the key of the certificate"),
+                                          ((certificate, self.file), "sslKey", "expected a PEM file"),
+                                          ((self.file, key), "sslCertificate", "expected a PEM file"),
+                                          (("nowhere.pem", key), "sslCertificate", "nowhere.pem can't be used: No such file or directory")):
+            status, said = self.check_certificate(one, other)
+            self.assertEqual(status, 2, said)
+            self.assertRegex(said, f'c.json:1:[0-9]+: key "{name}": .*{words}')
+
+    def test_other_files_too(self):
+        for key in ("caFile", "sessionSecret", "operatorTokenFile", "teacherPasswordFile"):
+            status, said = self.check("session", **{key: self.file})
+            self.assertEqual(status, 2, said)
+            self.assertRegex(said, f'c.json:1:[0-9]+: key "{key}": ')
+            self.assertIn(self.file, said)
+
+    def test_a_token_that_is_not_there_yet_opens_nothing(self):
+        for server in ("session", "simulation"):
+            status, said = self.check(server, operatorTokenFile="nowhere")
+            self.assertEqual(status, 0, said)
+            self.assertRegex(said, f'warning: c.json:1:[0-9]+: key "operatorTokenFile": there is no file {self.folder}/nowhere: nobody is the operator')
 
 
 if __name__ == "__main__":

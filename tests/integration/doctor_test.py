@@ -126,7 +126,7 @@ class SessionDoctor(Examination):
 
     def test_json_is_for_the_doctor_alone(self):
         refused = subprocess.run([program(self.PROGRAM), "--json"], capture_output=True, text=True, timeout=PATIENCE)
-        self.assertEqual((refused.returncode, refused.stderr), (2, "webots-session-server: --json is for --doctor.\n"))
+        self.assertEqual((refused.returncode, refused.stderr), (2, "webots-session-server: --json is for --doctor and --decisions.\n"))
 
     def test_a_configuration_that_can_not_be_read_is_all_that_is_found(self):
         status, output = self.run_doctor(text='{"port": "x"}')
@@ -399,6 +399,21 @@ class RunningServers(unittest.TestCase):
             elsewhere = self.doctor(simulation, server=f"localhost:{other.port}", portRewrite=True)["public address"]
             self.assertEqual(elsewhere["verdict"], "fault")
             self.assertIn("does not lead to this server: HTTP status 404", elsewhere["found"])
+
+    def test_a_log_that_was_moved_away_while_the_server_runs(self):
+        with SimulationServer(forges=NOBODY, debug=False, logDir="site") as simulation, \
+                SessionServer([simulation.address], debug=False, logDir="site") as session:
+            for running in (simulation, session):
+                self.assertNotIn("log file", self.doctor(running))
+                site, away = (os.path.join(running.folder, name) for name in ("site", "away"))
+                os.rename(site, away)
+                shutil.copytree(away, site)
+                wait_until(lambda: "log file" in self.doctor(running), "the server has looked a moment ago", patience=2 * PATIENCE)
+                found = self.doctor(running)["log file"]
+                self.assertEqual(found["verdict"], "fault")
+                kind = running.PROGRAM.split("-")[1]
+                self.assertIn(f"not at {site}/{kind}/output.log any more", found["found"])
+                self.assertIn("Restart the server", found["remedy"])
 
     def test_the_operator_asks_a_running_server_and_others_can_not(self):
         folder = tempfile.mkdtemp(prefix="webots_cloud_doctor_")

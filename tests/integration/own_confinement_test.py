@@ -7,6 +7,7 @@ import ctypes
 import glob
 import os
 import shutil
+import signal
 import ssl
 import subprocess
 import sys
@@ -85,6 +86,16 @@ class Confined(unittest.TestCase):
                 os.rename(second[1], first[1])
                 os.rename(second[0], first[0])
                 wait_until(lambda: shown_certificate(server) != before, lambda: f"the old one is used:\n{self.log(server)}")
+
+    def test_a_configuration_that_has_become_a_link_to_another_folder_is_told(self):
+        with SessionServer([], debug=False) as server:
+            there = os.path.join(self.elsewhere, "moved.json")
+            path = server.configure()
+            shutil.move(path, there)
+            os.symlink(there, path)
+            server.process.send_signal(signal.SIGHUP)
+            wait_until(lambda: f"It is a link to {there}: if it has become one while the server runs, restart that" in self.log(server),
+                       lambda: self.log(server))
 
     def test_it_can_not_open_a_file_elsewhere(self):
         """Not even as root: here for a new configuration that names one."""

@@ -69,6 +69,9 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(session.get("/session"), f"ws://{busy.address}")
             status, told = session.command("--decisions")
             self.assertEqual(status, 0, told)
+            self.assertRegex(told, f"WHEN +SENT TO +ITS LOAD +OFFERED +NOT OFFERED\\n[0-9]+ s ago +{busy.address} +80% +1 +load 1\\n")
+            status, told = session.command("--decisions", "--json")
+            self.assertEqual(status, 0, told)
             last = json.loads(told)["decisions"][0]
             self.assertEqual((last["chosen"], last["policy"]), (busy.address, "least_committed"))
             self.assertEqual([machine.get("refused") for machine in last["machines"]], [None, "load"])

@@ -3,6 +3,7 @@
 // hang, a network drive or a name server, is asked on a thread of its own (aside.hpp) or with a deadline.
 #include "checks.hpp"
 
+#include "app/certificate_finding.hpp"
 #include "app/environment.hpp"
 #include "app/operator_requests.hpp"
 #include "aside.hpp"
@@ -36,6 +37,7 @@
 #include <map>
 #include <memory>
 #include <system_error>
+#include <thread>
 
 namespace webots_cloud::app {
 namespace asio = boost::asio;
@@ -66,15 +68,6 @@ bool is_clock_synchronised()
 {
     ::timex state{};
     return ::adjtimex(&state) != TIME_ERROR || (state.status & STA_UNSYNC) == 0;
-}
-
-/// A name, or a numeric address, without a port; empty: any.
-std::string host_of(PublicAddress const& address)
-{
-    if (address.host == "*")
-        return {};
-    bool const has_port = address.host.find(':') == address.host.rfind(':');
-    return has_port ? address.host.substr(0, address.host.find(':')) : address.host;
 }
 
 /// Names that are being looked up.
@@ -164,12 +157,9 @@ CheckWork check_server_certificate(NetworkConfig network, PublicAddress address)
     Findings findings;
     if (network.ssl_certificate.empty())
         co_return findings;
-    auto const host = host_of(address);
-    std::function<result<Findings>()> const look = [network = std::move(network), host] {
-        auto const pair = check_certificate(network.ssl_certificate, network.ssl_key);
-        auto const facts = read_certificate(network.ssl_certificate, host);
-        return result<Findings>(
-            Findings{core::judge_certificate(pair, facts, host, std::chrono::system_clock::now())});
+    std::function<result<Findings>()> const look = [network = std::move(network),
+                                                    address = std::move(address)] {
+        return result<Findings>(Findings{find_certificate_faults(network, address).finding});
     };
     auto found = co_await aside<Findings>(look);
     if (found)
@@ -230,9 +220,9 @@ namespace {
 CheckWork check_name(NameService& names, PublicAddress address)
 {
     Findings findings;
-    auto const host = host_of(address);
-    if (host.empty())
+    if (address.host == "*") // any name
         co_return findings;
+    std::string const host(core::host_in(address.host));
     auto const answer = co_await names.addresses(host, std::chrono::steady_clock::now() + answer_limit);
     findings.push_back(core::judge_name(host, answer ? result<std::size_t>(answer->addresses.size())
                                                      : result<std::size_t>(answer.error())));
@@ -254,6 +244,44 @@ result<std::string> ask_instance(fs::path const& socket)
 }
 
 namespace {
+
+/// What a server that runs has found out about its own log; nothing where it does not say in time.
+Findings told_of_log(fs::path const& socket)
+{
+    constexpr std::string_view looks = "\"underWay\":true";
+    auto const deadline = std::chrono::steady_clock::now() + answer_limit;
+    auto answer = ask_operator_socket(socket, "GET", "/api/doctor");
+    while (answer && answer->find(looks) != std::string::npos &&
+           std::chrono::steady_clock::now() < deadline) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        answer = ask_operator_socket(socket, "GET", "/api/doctor?last");
+    }
+    auto findings = answer ? core::parse_findings(*answer) : result<Findings>(answer.error());
+    if (!findings)
+        return {};
+    std::erase_if(*findings,
+                  [](core::Finding const& each) { return each.subject != core::lost_log_subject; });
+    return std::move(*findings);
+}
+
+/// Whether the server writes to the log that people look at. Only it knows what it has open.
+CheckWork check_log(Viewpoint viewpoint, fs::path log)
+{
+    Findings findings;
+    if (!viewpoint.is_running || log.empty())
+        co_return findings;
+    std::function<result<Findings>()> const look = [viewpoint = std::move(viewpoint), log = std::move(log)] {
+        std::error_code failed;
+        if (!viewpoint.is_server)
+            return result<Findings>(told_of_log(viewpoint.socket));
+        return result<Findings>(
+            has_open(log) ? Findings() : Findings{core::judge_lost_log(fs::absolute(log, failed).string())});
+    };
+    auto found = co_await aside<Findings>(look);
+    if (found)
+        findings = std::move(*found);
+    co_return findings;
+}
 
 /// Whether the public address leads to the server that runs here.
 CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoint viewpoint)
@@ -312,13 +340,14 @@ CheckWork check_names(std::vector<core::NamedHost> hosts, NameService& names, Cl
     co_return names_found_out(lookups);
 }
 
-std::vector<Check> common_checks(std::vector<FolderUse> const& folders, NetworkConfig const& network,
-                                 PublicAddress const& address, Viewpoint const& viewpoint, HttpClient& http,
-                                 NameService& names)
+std::vector<Check> common_checks(std::vector<FolderUse> const& folders, fs::path const& log,
+                                 NetworkConfig const& network, PublicAddress const& address,
+                                 Viewpoint const& viewpoint, HttpClient& http, NameService& names)
 {
     std::vector<Check> checks;
     for (auto const& use : folders)
         checks.emplace_back(use.subject, check_folder(use));
+    checks.emplace_back("log", check_log(viewpoint, log));
     checks.emplace_back("certificate", check_server_certificate(network, address));
     if (!viewpoint.is_server)
         checks.emplace_back("firewall", check_firewall(address.port));

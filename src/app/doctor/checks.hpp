@@ -63,11 +63,11 @@ CheckWork findings_of_root(std::uint64_t memory, std::uint16_t port);
 /// What `read_folder` reads, on a thread of its own.
 boost::asio::awaitable<result<core::FolderReading>> folder_reading(std::filesystem::path folder);
 
-/// What both servers have: folders, certificate, firewall, name and public address.
-/// Lifetime: `http` and `names` outlive the checks.
-std::vector<Check> common_checks(std::vector<FolderUse> const& folders, NetworkConfig const& network,
-                                 PublicAddress const& address, Viewpoint const& viewpoint, HttpClient& http,
-                                 NameService& names);
+/// What both servers have: folders, log, certificate, firewall, name and public address. `log`: its file;
+/// empty: there is none. Lifetime: `http` and `names` outlive the checks.
+std::vector<Check> common_checks(std::vector<FolderUse> const& folders, std::filesystem::path const& log,
+                                 NetworkConfig const& network, PublicAddress const& address,
+                                 Viewpoint const& viewpoint, HttpClient& http, NameService& names);
 
 /// Those of many names that are not found, all looked up within `limit`; nothing where all are.
 CheckWork check_names(std::vector<core::NamedHost> hosts, NameService& names, Clock& clock, Duration limit);

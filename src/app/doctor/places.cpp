@@ -6,9 +6,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
 
@@ -89,6 +92,33 @@ std::vector<FolderUse> folders_of(SimulationConfig const& config)
             FolderUse("cache", "XDG_CACHE_HOME", cache_folder(config), wanted_for_projects, false),
             FolderUse("logs", "\"logDir\"", config.log_dir / "simulation", wanted_for_simulation_logs,
                       !config.debug)};
+}
+
+fs::path log_file_of(SessionConfig const& config)
+{
+    return config.debug ? fs::path() : config.log_dir / "session" / "output.log";
+}
+
+fs::path log_file_of(SimulationConfig const& config)
+{
+    return config.debug ? fs::path() : config.log_dir / "simulation" / "output.log";
+}
+
+bool has_open(fs::path const& file)
+{
+    constexpr rlim_t most = 65'536; // the log was opened before any browser came
+    struct stat there
+    {};
+    struct stat ours
+    {};
+    rlimit limit{};
+    if (::stat(file.c_str(), &there) != 0 || ::getrlimit(RLIMIT_NOFILE, &limit) != 0)
+        return false;
+    auto const last = static_cast<int>(std::min(limit.rlim_cur, most));
+    for (int descriptor = 0; descriptor < last; ++descriptor)
+        if (::fstat(descriptor, &ours) == 0 && ours.st_dev == there.st_dev && ours.st_ino == there.st_ino)
+            return true;
+    return false;
 }
 
 core::FolderReading read_folder(fs::path const& folder)

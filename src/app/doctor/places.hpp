@@ -34,6 +34,14 @@ struct FolderUse
 std::vector<FolderUse> folders_of(SessionConfig const& config);
 std::vector<FolderUse> folders_of(SimulationConfig const& config);
 
+/// Where the server of a configuration writes its log; empty: to standard output.
+std::filesystem::path log_file_of(SessionConfig const& config);
+std::filesystem::path log_file_of(SimulationConfig const& config);
+
+/// Whether this process has a file open that is there now. For the server itself, and its log.
+/// Thread-safety: any thread.   Blocks where a network drive hangs.
+bool has_open(std::filesystem::path const& file);
+
 /// Thread-safety: any thread.   Blocks where a network drive hangs.
 core::FolderReading read_folder(std::filesystem::path const& folder);
 

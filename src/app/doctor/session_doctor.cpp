@@ -28,6 +28,11 @@ constexpr std::uint64_t wanted_files = 4096;                     // some thousan
 constexpr std::uint16_t usual_mail_port = 25;
 constexpr std::size_t max_examined = 3; // of the machines of one name, one after the other
 
+std::uint16_t port_of(bool tls)
+{
+    return tls ? 443 : 80;
+}
+
 CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
 {
     HttpRequest request(concat(tls ? "https://" : "http://", server.address, "/load"));
@@ -46,7 +51,8 @@ CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
                          concat("HTTP status ", std::to_string(answer->status), " from /load"));
     else
         report = parse_load_report(answer->body);
-    Findings findings{core::judge_simulation_server(server.address, report)};
+    bool const is_proxied = server.internal_address.empty() && server.address.find('/') != std::string::npos;
+    Findings findings{core::judge_simulation_server(server.address, report, is_proxied ? port_of(tls) : 0)};
     co_return findings;
 }
 
@@ -101,7 +107,8 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
     for (auto& each : machine_findings(wanted_memory, wanted_files))
         findings.push_back(std::move(each));
     auto const names = make_name_service(executor);
-    auto checks = common_checks(folders_of(config), config.network, config.address, viewpoint, *http, *names);
+    auto checks = common_checks(folders_of(config), log_file_of(config), config.network, config.address,
+                                viewpoint, *http, *names);
     auto const machine_names = make_name_service(executor, config.name_servers);
     for (auto const& server : config.simulation_servers) {
         if (server.address == core::announced_entry)

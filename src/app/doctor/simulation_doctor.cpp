@@ -215,8 +215,8 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
                             trial_limit);
     }
     auto const names = make_name_service(executor);
-    for (auto& each :
-         common_checks(folders_of(config), config.network, config.address, viewpoint, *http, *names))
+    for (auto& each : common_checks(folders_of(config), log_file_of(config), config.network, config.address,
+                                    viewpoint, *http, *names))
         checks.push_back(std::move(each));
     for (auto const& forge : config.forges)
         if (forge.directory.empty())
