@@ -90,6 +90,25 @@ result<> copy_pem(fs::path const& from, fs::path const& to, mode_t mode)
                                       concat(to.string(), " can't be written: ", written.error().message())));
 }
 
+/// A file of ours with one word, unless it is there. `what` as in "password for teachers".
+result<> make_word(std::string_view what, fs::path const& file, std::optional<std::string> (*make)())
+{
+    if (file.begin() == file.end() || *file.begin() != "log" || !is_inside(file))
+        return {};
+    if (auto const usable = set_aside_unless_file(file); !usable)
+        return usable;
+    struct stat found;
+    if (::stat(file.c_str(), &found) == 0 && found.st_size > 0)
+        return {};
+    auto const word = make();
+    if (!word)
+        return Failure(errc::unavailable, concat("No ", what, " could be made."));
+    if (auto const written = write_new_file(file, *word + "\n", 0600); !written)
+        return Failure(errc::unavailable, concat("The ", what, " can't be written to ", file.string(),
+                                                 ": is the disk full? (", written.error().message(), ")"));
+    return {};
+}
+
 } // namespace
 
 std::optional<std::string> certificate_name(std::string_view server)
@@ -163,23 +182,15 @@ std::optional<std::string> password_from(std::string_view random_bytes)
 
 result<> make_teacher_password(Settings const& settings)
 {
-    auto const& file = settings.teacher_password_file;
-    if (file.begin() == file.end() || *file.begin() != "log" || !is_inside(file))
-        return {};
-    if (auto const usable = set_aside_unless_file(file); !usable)
-        return usable;
-    struct stat found;
-    if (::stat(file.c_str(), &found) == 0 && found.st_size > 0)
-        return {};
     constexpr std::size_t enough = 100;
-    auto const password = password_from(random_bytes(enough));
-    if (!password)
-        return Failure(errc::unavailable, "No password for teachers could be made.");
-    if (auto const written = write_new_file(file, *password + "\n", 0600); !written)
-        return Failure(errc::unavailable,
-                       concat("The password for teachers can't be written to ", file.string(),
-                              ": is the disk full? (", written.error().message(), ")"));
-    return {};
+    return make_word("password for teachers", settings.teacher_password_file,
+                     [] { return password_from(random_bytes(enough)); });
+}
+
+result<> make_operator_token(Settings const& settings)
+{
+    return make_word("token of the operator", settings.operator_token_file,
+                     [] { return std::optional(make_token()); });
 }
 
 } // namespace webots_cloud::site

@@ -1,4 +1,5 @@
-// What a site needs before its first start and nobody else has made: a certificate, the teachers' password.
+// What a site needs before its first start and nobody else has made: a certificate, the teachers' password,
+// the operator's token.
 #pragma once
 
 #include "settings.hpp"
@@ -26,8 +27,9 @@ result<> make_certificate(Settings const& settings);
 /// `abcd-efgh-jkmn`, of letters none of which looks like another; nothing: too few of the bytes serve.
 std::optional<std::string> password_from(std::string_view random_bytes);
 
-/// Makes the file of the teachers' password, if it is in `log` and not there or empty.
-/// Errors: `unavailable`.
+/// Makes the files of the teachers' password and of the operator's token, if they are in `log` and not there
+/// or empty. Errors: `unavailable`.
 result<> make_teacher_password(Settings const& settings);
+result<> make_operator_token(Settings const& settings);
 
 } // namespace webots_cloud::site

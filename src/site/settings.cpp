@@ -26,6 +26,7 @@ void take_common(Settings& settings, Config const& config)
     settings.certificate = config.network.ssl_certificate;
     settings.key = config.network.ssl_key;
     settings.log_dir = config.log_dir;
+    settings.operator_token_file = config.access.operator_token_file;
 }
 
 template<class Config>
@@ -74,7 +75,9 @@ result<Settings> parse_website(Settings settings, std::string_view text, int mov
         return Failure(errc::invalid_config, concat(settings.file, ": expected an object of JSON"));
     auto const* const port = object->if_contains("port");
     auto const* const address = object->if_contains("address");
-    auto const number = (port && port->is_int64() ? port->get_int64() : usual_port) + moved;
+    json::error_code no_integer;
+    auto number = port ? port->is_number() ? port->to_number<std::int64_t>(no_integer) : 0 : usual_port;
+    number = no_integer ? 0 : number + moved;
     if (number < 1 || number > 65'535)
         return Failure(errc::invalid_config,
                        concat(settings.file, ": expected a port, found ", std::to_string(number)));

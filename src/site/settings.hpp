@@ -19,13 +19,15 @@ struct Settings
 
     Kind kind = Kind::session;
     std::string file;
-    PublicAddress address;      ///< With the port where it listens.
-    std::string listen_address; ///< Numeric.
+    std::vector<std::string> warnings; ///< Of the configuration and the files that it names, a sentence each.
+    PublicAddress address;             ///< With the port where it listens.
+    std::string listen_address;        ///< Numeric.
     std::uint16_t redirect_port = 0;
     std::filesystem::path certificate; ///< Empty: no TLS.
     std::filesystem::path key;
     std::filesystem::path log_dir = "log";
     std::filesystem::path teacher_password_file; ///< Empty: none.
+    std::filesystem::path operator_token_file;   ///< Empty: none.
     bool has_classes = false;                    ///< Teachers have a password.
     /// Of a session server: its machines answer it with the configuration that ships. Those that it asks by
     /// https answer only if it trusts their certificates.

@@ -168,6 +168,16 @@ void show_addresses(StartedSite const& site)
             say("A website with an editor: " + site_address(settings));
 }
 
+/// The token itself is for nobody who looks over a shoulder.
+void show_token(StartedSite const& site)
+{
+    for (auto const& settings : site.servers)
+        if (auto const& file = settings.operator_token_file; !first_line_of_ours(file).empty()) {
+            say(concat("The operator's token, for the button Operator of the monitor: in ", file.string()));
+            return;
+        }
+}
+
 result<> start_all(Place const& place, CommandLine const& line, bool stops_before)
 {
     auto const name = line.name.empty() ? std::string("local") : line.name;
@@ -180,9 +190,13 @@ result<> start_all(Place const& place, CommandLine const& line, bool stops_befor
     if (stops_before)
         if (auto const stopped = stop_all(place, {}); !stopped)
             return stopped;
+    for (auto const& settings : site->servers)
+        for (auto const& warning : settings.warnings)
+            say("Warning: " + warning);
     if (auto const started = start_servers(place, *site); !started)
         return started;
     show_addresses(*site);
+    show_token(*site);
     return {};
 }
 

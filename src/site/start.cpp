@@ -51,7 +51,27 @@ std::vector<std::string> command_of(Place const& place, Kind kind, int moved)
     return command;
 }
 
-/// What is only odd, or can't be reached from here now, is in the server's log.
+template<class Config>
+std::vector<std::string> warnings_of(std::string const& file,
+                                     result<Configured<Config>> (*parse)(std::string_view, fs::path const&))
+{
+    auto const text = read_config_file(file);
+    auto configured = text ? parse(*text, file) : result<Configured<Config>>(text.error());
+    if (!configured)
+        return {};
+    (void)check_files(*configured, file); // its errors have been told
+    return std::move(configured->warnings);
+}
+
+/// What the server says itself when it starts.
+std::vector<std::string> warnings_of(Kind kind, std::string const& file)
+{
+    return kind == Kind::session      ? warnings_of(file, parse_session_config)
+           : kind == Kind::simulation ? warnings_of(file, parse_simulation_config)
+                                      : std::vector<std::string>();
+}
+
+/// What can't be reached from here now is found out by the server, and by its doctor.
 result<> check_configuration(Place const& place, Kind kind, std::string const& file, int moved)
 {
     auto command = command_of(place, kind, moved);
@@ -69,12 +89,15 @@ result<Settings> prepare_server(Place const& place, Kind kind, std::string const
     if (settings && kind != Kind::website_host)
         if (auto const made = make_certificate(*settings); !made)
             return made.error();
-    if (settings && kind == Kind::session)
-        if (auto const made = make_teacher_password(*settings); !made)
-            return made.error();
+    if (settings)
+        for (auto const& made : {make_teacher_password(*settings), make_operator_token(*settings)})
+            if (!made)
+                return made.error();
     // It says all that is wrong, and what of it is only odd.
     if (auto const good = check_configuration(place, kind, file, moved); !good)
         return good.error();
+    if (settings)
+        settings->warnings = warnings_of(kind, file);
     return settings;
 }
 

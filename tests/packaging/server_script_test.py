@@ -20,6 +20,7 @@ import unittest
 import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.certificates import Authority  # noqa: E402
 from support.disks import mount_small_disk  # noqa: E402
 from support.machine import Machine  # noqa: E402
 from support.ports import free_port  # noqa: E402
@@ -320,9 +321,12 @@ class Starting(ServerScriptTest):
         output = self.start("tls")
         made = "Made tls/certificate.pem for localhost, valid for a year. Nobody vouches for it, so browsers warn: " \
                "replace it and tls/key.pem by real ones."
-        self.assertEqual(output.splitlines(), [made, f"Started tls simulation server ({self.pid('simulation')})",
-                                               f"Started tls session server ({self.pid('session')})",
-                                               f"Open https://localhost:{self.ports['session']}/viewer/"])
+        lines = output.splitlines()
+        self.assertRegex(lines.pop(1), r'^Warning: config/session/tls.json:\d+:\d+: key "sslCertificate": browsers will not believe it: self-signed certificate')
+        self.assertEqual(lines, [made, f"Started tls simulation server ({self.pid('simulation')})",
+                                 f"Started tls session server ({self.pid('session')})",
+                                 f"Open https://localhost:{self.ports['session']}/viewer/",
+                                 "The operator's token, for the button Operator of the monitor: in log/.operator-token"])
         self.assertEqual(stat.S_IMODE(os.stat(self.path("tls/key.pem")).st_mode), 0o600)
         site = f"https://localhost:{self.ports['session']}"
         trust = ssl.create_default_context(cafile=self.path("tls/certificate.pem"))
@@ -339,6 +343,37 @@ class Starting(ServerScriptTest):
         self.assertIn(f"  address        {site}/\n", output)
         self.assertNotIn("does not answer", output)
         self.assertNotIn("Made", self.run_script("restart", "tls")[1])
+
+    def test_a_certificate_that_has_expired_is_told_by_the_start_and_by_the_log(self):
+        if not shutil.which("openssl"):
+            self.skipTest("openssl is missing (package openssl)")
+        certificate, key = Authority(self.path("tmp"), "an authority").issue("own", "DNS:localhost", days=-1)
+        self.configure("local", kinds=["session"], ssl=True, sslCertificate=certificate, sslKey=key)
+        os.remove(self.path("config/simulation/local.json"))
+        output = self.start()
+        told = re.search(r'Warning: (config/session/local.json:\d+:\d+: key "sslCertificate": it has expired on .*)\n', output)
+        self.assertTrue(told, output)
+        self.assertIn(told[1], self.read("log/session/output.log"))
+
+    def test_the_operators_token_is_made_once_and_opens_both_monitors(self):
+        for kind in ("session", "simulation"):
+            self.configure("local", kinds=[kind], operatorTokenFile="log/.operator-token")
+        output = self.start()
+        self.assertTrue(output.endswith("The operator's token, for the button Operator of the monitor: in log/.operator-token\n"), output)
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("log/.operator-token")).st_mode), 0o600)
+        token = self.read("log/.operator-token").strip()
+        self.assertNotIn(token, output)
+        self.assertRegex(token, "^[0-9a-f]{32}$")
+        for kind in ("session", "simulation"):
+            request = urllib.request.Request(f"http://localhost:{self.ports[kind]}/api/operator", headers={"Authorization": f"Bearer {token}"})
+            with urllib.request.urlopen(request, timeout=PATIENCE_SECONDS) as answer:
+                self.assertEqual(answer.read(), b"operator")
+        self.run_script("restart")
+        self.assertEqual(self.read("log/.operator-token").strip(), token)
+
+    def test_what_is_odd_is_told_by_the_start(self):
+        self.configure("local", kinds=["session"], viewerUrl="hello")
+        self.assertIn('key "viewerUrl": "hello" is no address of a world', self.start())
 
     def test_no_certificate_is_made_beside_half_of_one_or_in_a_folder_of_others(self):
         self.configure_tls_site()
