@@ -7,8 +7,11 @@
 
 #include <fcntl.h>
 #include <grp.h>
+#include <linux/nsfs.h>
 #include <linux/securebits.h>
+#include <mntent.h>
 #include <sched.h>
+#include <sys/ioctl.h>
 #include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -161,6 +164,38 @@ bool pin_namespace_of(uid_t user, gid_t group, int place)
     return error == 0;
 }
 
+/// The owner of the user namespace that is pinned to a file.   False: it is none.
+bool owner_of_pinned(char const* file, uid_t& owner)
+{
+    int const opened = open(file, O_RDONLY | O_NONBLOCK | O_NOFOLLOW | O_CLOEXEC);
+    bool const found = opened >= 0 && ioctl(opened, NS_GET_NSTYPE) == CLONE_NEWUSER &&
+                       ioctl(opened, NS_GET_OWNER_UID, &owner) == 0;
+    if (opened >= 0)
+        close(opened);
+    return found;
+}
+
+/// There are more users than ranges: looks for another one whose service runs and has the range of this one.
+bool find_rival(uid_t user, uid_t& rival)
+{
+    FILE* const mounts = setmntent("/proc/self/mounts", "re");
+    bool found = false;
+    while (mntent const* const each = mounts && !found ? getmntent(mounts) : nullptr)
+        found = std::strcmp(each->mnt_type, "nsfs") == 0 && owner_of_pinned(each->mnt_dir, rival) &&
+                rival != user && rival % ranges == user % ranges;
+    if (mounts)
+        endmntent(mounts);
+    return found;
+}
+
+void complain_of_rival(uid_t user, uid_t rival)
+{
+    std::fprintf(stderr,
+                 "simulations will share the server's user: a service of user %u has the numbers of user %u. "
+                 "Let one of them run as another user: these two differ by a multiple of %u\n",
+                 rival, user, ranges);
+}
+
 /// False: `errno` says why it is still there.
 bool unpin(char const* file)
 {
@@ -220,9 +255,14 @@ int pin_user_namespace(char const* folder)
     int const place = open(file, O_RDONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, S_IRUSR | S_IWUSR);
     if (place < 0)
         return complain_to_journal(file, "can't make the file");
-    if (pin_namespace_of(owner.st_uid, owner.st_gid, place))
+    bool const is_pinned = pin_namespace_of(owner.st_uid, owner.st_gid, place);
+    uid_t rival = 0;
+    if (!is_pinned)
+        complain_to_journal(file, "can't make a user namespace");
+    else if (!find_rival(owner.st_uid, rival)) // now, so that of two that start together none is overlooked
         return 0;
-    complain_to_journal(file, "can't make a user namespace");
+    else
+        complain_of_rival(owner.st_uid, rival);
     unpin(file);
     return 1;
 }

@@ -433,8 +433,8 @@ class Pinned(unittest.TestCase):
         os.chown(self.folder, NOBODY, NOBODY)
         self.file = f"{self.folder}.users"
 
-    def guard(self, option, user=None):
-        done = subprocess.run([*(() if user else AS_OF_A_UNIT), program("webots-process-guard"), option, self.folder], capture_output=True, text=True,
+    def guard(self, option, user=None, folder=None):
+        done = subprocess.run([*(() if user else AS_OF_A_UNIT), program("webots-process-guard"), option, folder or self.folder], capture_output=True, text=True,
                               timeout=30, user=user)
         return done.returncode, done.stderr
 
@@ -458,6 +458,7 @@ class Pinned(unittest.TestCase):
         self.guard("--pin-users")
         first = self.mounts()
         self.assertRegex("".join(first), r"^user:\[\d+\]$")
+        self.addCleanup(os.close, os.open(self.file, os.O_RDONLY))  # while the first one lives, no other has its number
         self.assertEqual(self.guard("--pin-users"), (0, ""))
         self.assertEqual(len(self.mounts()), 1)
         self.assertNotEqual(self.mounts(), first)
@@ -490,6 +491,22 @@ class Pinned(unittest.TestCase):
         self.assertEqual(self.guard("--pin-users"), (0, ""))
         self.assertEqual(self.enter(NOBODY), [])
         self.assertEqual(self.enter(NOBODY - 1)[0], [0, NOBODY - 1, 1])
+
+    def test_two_users_do_not_have_the_same_numbers(self):
+        rival = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, rival)
+        os.chown(rival, NOBODY - 1024, NOBODY - 1024)
+        self.assertEqual(self.guard("--pin-users"), (0, ""))
+        self.addCleanup(self.guard, "--unpin-users", folder=rival)
+        status, said = self.guard("--pin-users", folder=rival)
+        self.assertEqual(status, 1)
+        self.assertIn(f"simulations will share the server's user: a service of user {NOBODY} has the numbers of user {NOBODY - 1024}", said)
+        self.assertFalse(os.path.lexists(f"{rival}.users"))
+        os.chown(rival, NOBODY, NOBODY)  # one user's servers share their numbers
+        self.assertEqual(self.guard("--pin-users", folder=rival), (0, ""))
+        os.chown(rival, NOBODY - 1024, NOBODY - 1024)
+        self.guard("--unpin-users")
+        self.assertEqual(self.guard("--pin-users", folder=rival), (0, ""))
 
     def test_who_is_not_root_is_told_that_this_is_roots_affair(self):
         os.chmod(self.folder, 0o777)
