@@ -35,11 +35,11 @@ ARGUMENTS = (
 
 
 @contextlib.contextmanager
-def open_browser(width, height, dark=False, trusting=False, loads="normal", hosts=(), whole=False):
+def open_browser(width, height, dark=False, trusting=False, loads="normal", hosts=(), whole=False, more=()):
     """Yields a Selenium driver whose page is exactly width x height CSS pixels; raises SkipTest without Chromium.
     `trusting`: certificates that nobody vouches for are good enough. `loads`: "none" lets tests look at pages that are still being loaded.
     `hosts`: names that lead to this machine. `whole`: all of Chromium, also where its shell is installed: for what browsers do besides
-    showing pages.
+    showing pages. `more`: further arguments of Chromium.
 
     The profile is new and is removed afterwards; leaving the context ends Chromium and its driver.
     """
@@ -57,7 +57,7 @@ def open_browser(width, height, dark=False, trusting=False, loads="normal", host
     profile = tempfile.mkdtemp(prefix="webots_cloud_browser_")
     start = _start_chromium if whole or not os.access(SHELL, os.X_OK) else _start_shell
     try:
-        with start(webdriver, service_class(DRIVER), profile, _options(webdriver, trusting, loads), _arguments(profile, hosts)) as driver:
+        with start(webdriver, service_class(DRIVER), profile, _options(webdriver, trusting, loads), [*_arguments(profile, hosts), *more]) as driver:
             driver.set_script_timeout(30)
             driver.set_page_load_timeout(30)
             resize(driver, width, height)
