@@ -20,6 +20,8 @@ from .servers import end, is_alive, wait_until
 
 # Debian's programs, whatever else is on the machine.
 PATH = "/usr/sbin:/usr/bin:/sbin:/bin:/usr/local/sbin:/usr/local/bin"
+# Another compose than the machine's: the program of Debian 13's package docker-compose, say.
+COMPOSE_PLUGIN = os.environ.get("COMPOSE_PLUGIN")
 
 
 def require_docker():
@@ -33,7 +35,7 @@ def require_docker():
 def compose_command():
     """How compose is called here."""
     require_docker()
-    if subprocess.run(["docker", "compose", "version"], env={"PATH": PATH}, capture_output=True).returncode == 0:
+    if COMPOSE_PLUGIN or subprocess.run(["docker", "compose", "version"], env={"PATH": PATH}, capture_output=True).returncode == 0:
         return ["docker", "compose"]
     if shutil.which("docker-compose", path=PATH):
         return ["docker-compose"]
@@ -72,17 +74,22 @@ def xvfb_files():
 
 
 class DockerDaemon(Startable):
-    def __init__(self):
+    def __init__(self, bridges=False, options=()):
+        """`bridges`: with Docker's default network and its rules of the firewall, which want a network namespace of the test's own."""
         require_docker()
+        self.options = [*([] if bridges else ["--bridge=none", "--iptables=false", "--ip6tables=false"]), *options]
         self.folder = tempfile.mkdtemp(prefix="docker_", dir="/tmp")  # short: a socket is in it
         self.host = f"unix://{self.folder}/docker.sock"
         self.environment = {"PATH": PATH, "DOCKER_HOST": self.host, "DOCKER_CONFIG": os.path.join(self.folder, "config")}
+        if COMPOSE_PLUGIN:
+            os.makedirs(f"{self.folder}/config/cli-plugins")
+            os.symlink(os.path.abspath(COMPOSE_PLUGIN), f"{self.folder}/config/cli-plugins/docker-compose")
         self.process = None
 
     def start(self):
-        """Without the default network, and without changes to the firewall: a proxy publishes ports."""
+        """Without bridges, no firewall is changed: a proxy publishes ports."""
         command = ["dockerd", "--host", self.host, "--data-root", f"{self.folder}/data", "--exec-root", f"{self.folder}/exec",
-                   "--pidfile", f"{self.folder}/pid", "--bridge=none", "--iptables=false", "--ip6tables=false"]
+                   "--pidfile", f"{self.folder}/pid", *self.options]
         with open(f"{self.folder}/log", "wb") as log:
             self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
                                             env={**os.environ, "PATH": PATH}, preexec_fn=end_with_parent)
@@ -117,9 +124,8 @@ class DockerDaemon(Startable):
             raise AssertionError(f"docker {' '.join(arguments)}: {done.stderr}{ended}")
         return done.stdout
 
-    def import_image(self, name, files, programs):
-        """An image with these files (inside: outside), and with these programs at their own paths; and all libraries.
-        Its default command sleeps."""
+    def import_image(self, name, files, programs, command=("/bin/sleep", "1000")):
+        """An image with these files (inside: outside), and with these programs at their own paths; and all libraries."""
         archive = os.path.join(self.folder, "image.tar")
         with tarfile.open(archive, "w", dereference=True) as tar:
             wanted = {**files, **{program: program for program in programs}}
@@ -127,7 +133,7 @@ class DockerDaemon(Startable):
                 wanted.update({library: library for library in libraries_of(program)})
             for inside, outside in wanted.items():
                 tar.add(outside, inside.lstrip("/"), recursive=False)
-        self.run("import", "--change", 'CMD ["/bin/sleep", "1000"]', archive, name)
+        self.run("import", "--change", f"CMD {json.dumps(command)}", archive, name)
 
     def import_old_image(self, source, name):
         """The image `source` once more, as if it had been made years ago."""
