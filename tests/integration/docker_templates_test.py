@@ -5,6 +5,7 @@ import json
 import os
 import re
 import socket
+import stat
 import unittest
 
 TEMPLATES = os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker")
@@ -74,9 +75,14 @@ class Templates(unittest.TestCase):
         self.assertEqual(calls["defaultAction"], "SCMP_ACT_ERRNO")
         plain = {name for rule in calls["syscalls"] if "args" not in rule and rule["action"] == "SCMP_ACT_ALLOW" for name in rule["names"]}
         self.assertLessEqual({"execve", "fork", "futex", "openat", "rseq", "newfstatat"}, plain)
-        self.assertFalse(plain & {"bpf", "clone", "clone3", "io_uring_setup", "keyctl", "mount", "perf_event_open", "setns", "socket", "unshare"})
-        families = [rule["args"][0]["value"] for rule in calls["syscalls"] if rule["names"] == ["socket"]]
-        self.assertEqual(sorted(families), [socket.AF_UNIX, socket.AF_INET, socket.AF_INET6, socket.AF_NETLINK])
+        self.assertFalse(plain & {"bpf", "clone", "clone3", "io_uring_setup", "keyctl", "mknod", "mknodat", "mount", "perf_event_open",
+                                  "setns", "socket", "unshare"})
+        sockets = [rule["args"] for rule in calls["syscalls"] if rule["names"] == ["socket"]]
+        self.assertEqual({each[0]["value"] for each in sockets}, {socket.AF_UNIX, socket.AF_INET, socket.AF_INET6, socket.AF_NETLINK})
+        types = {each[1]["valueTwo"] for each in sockets if each[0]["value"] in (socket.AF_INET, socket.AF_INET6)}
+        self.assertEqual(types, {socket.SOCK_STREAM, socket.SOCK_DGRAM}, "no raw ones")
+        made = {rule["args"][0]["valueTwo"] for rule in calls["syscalls"] if rule["names"] in (["mknod"], ["mknodat"])}
+        self.assertEqual(made, {0, stat.S_IFREG, stat.S_IFIFO, stat.S_IFSOCK}, "no devices")
 
     def test_no_service_can_gain_privileges_and_every_volume_is_the_projects_own(self):
         for kind in ("default", "theia", "competition"):
