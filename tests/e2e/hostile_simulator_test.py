@@ -164,8 +164,8 @@ class HostileSimulator(unittest.TestCase):
                 return message.removeprefix("webots:")
 
     def open_browser(self):
-        return self.enterContext(open_browser(1000, 700, whole=True, more=(f"--ignore-certificate-errors-spki-list={fingerprint(self.certificate)}",
-                                                               "--short-reporting-delay")))
+        trusted = f"--ignore-certificate-errors-spki-list={fingerprint(self.certificate)}"
+        return self.enterContext(open_browser(1000, 700, whole=True, more=(trusted, "--short-reporting-delay")))
 
     def log_in(self, browser, path):
         browser.get(f"https://operator:{PASSWORD}@localhost:{self.session.port}{path}/monitor")
