@@ -64,7 +64,7 @@ ROOMS = {
         'projects': ['git'],
         'sandbox': ['access', 'load'],
         'simulation': ['pages'],
-        'relay': ['simulation'],
+        'relay': ['access', 'simulation'],
         'waiting': ['access'],
         'docker': ['simulation'],
         'slurm': [],

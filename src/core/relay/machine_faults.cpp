@@ -15,8 +15,12 @@ void MachineFaults::has_refused(std::string_view entry, std::string_view group, 
 {
     auto& faults = machines_[std::string(entry)];
     faults.last_refusal = why;
-    if (faults.refused.size() < groups_refused)
-        faults.refused.emplace(group);
+    bool const counts = !group.empty() && faults.groups < groups_refused &&
+                        !faults.refused.full_level(group, 1, 1, groups_refused);
+    if (!counts)
+        return;
+    faults.refused.add(group);
+    ++faults.groups;
 }
 
 void MachineFaults::has_served(std::string_view entry)
@@ -43,7 +47,7 @@ std::vector<std::string> MachineFaults::unwilling() const
 {
     std::vector<std::string> found;
     for (auto const& [entry, faults] : machines_)
-        if (faults.refused.size() >= groups_refused)
+        if (faults.groups >= groups_refused)
             found.push_back(entry);
     return found;
 }

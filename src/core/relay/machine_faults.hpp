@@ -1,11 +1,12 @@
 // Machines that a session server which relays would rather not try: they hang, or refuse everybody.
 #pragma once
 
+#include "core/access/quota_counts.hpp"
+
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,8 +17,10 @@ namespace webots_cloud::core {
 ///
 /// A machine that was silent is not tried for 10 s, then 20, 40 and so on, a minute at most: meanwhile it
 /// costs nobody anything, and once in that time one browser waits for it in vain. A machine that refuses,
-/// which a stranger's projects can bring about, is tried after all others, once browsers of three groups were
-/// refused there in turn; nothing more, so that nobody can take a machine from the others.
+/// which a stranger's projects can bring about, is tried after all others, once browsers of four groups were
+/// refused there in turn; nothing more, so that nobody can take a machine from the others. Of one network of
+/// IPv6, however wide, at most three groups count (`QuotaLevels`), so no home brings that about alone.
+/// Browsers of no group don't count.
 class MachineFaults
 {
 public:
@@ -39,7 +42,7 @@ public:
 
     static constexpr Duration first_pause = std::chrono::seconds(10);
     static constexpr Duration longest_pause = std::chrono::minutes(1);
-    static constexpr std::size_t groups_refused = 3;
+    static constexpr std::size_t groups_refused = 4;
 
 private:
     struct Faults
@@ -48,7 +51,8 @@ private:
 
         Duration pause{};
         TimePoint until{};
-        std::set<std::string, std::less<>> refused; ///< Groups, at most `groups_refused`.
+        QuotaCounts refused;    ///< Groups, at most `groups_refused`.
+        std::size_t groups = 0; ///< As many.
         std::string last_refusal;
     };
 
