@@ -31,6 +31,11 @@ constexpr std::uint64_t max_form = std::uint64_t{64} << 10;
 constexpr std::uint64_t max_upload = std::uint64_t{2} << 20; // as PHP's upload_max_filesize
 constexpr auto wrong_key_delay = std::chrono::seconds(1);    // who guesses keys is slow
 
+// An address may be wrong 20 times at once, and once a minute from then on. All together have no limit: each
+// of them waits for a second.
+constexpr webots_cloud::Guesses guesses_of_address{20, 1.0 / 60};
+constexpr webots_cloud::Guesses guesses_of_all{0, 0};
+
 constexpr std::string_view too_many_guesses =
     "Error: Too many wrong passwords or keys came from your address. Please try again in a minute.";
 
@@ -132,7 +137,8 @@ asio::awaitable<void> wait(std::chrono::steady_clock::duration time)
 Website::Website(Configuration configuration, Page page, std::string key, asio::thread_pool& disk,
                  webots_cloud::Logger log)
     : configuration_(std::move(configuration)), page_(std::move(page)), key_(std::move(key)),
-      files_(configuration_.users_folder), disk_(disk), log_(std::move(log))
+      guesses_(guesses_of_address, guesses_of_all), files_(configuration_.users_folder), disk_(disk),
+      log_(std::move(log))
 {
     for (auto const& user : configuration_.users)
         accounts_.push_back({user, webots_cloud::make_token()});
@@ -293,7 +299,7 @@ HttpResponse Website::site(Request const& request) const
 
 asio::awaitable<HttpResponse> Website::sign_in(std::string client, Form form)
 {
-    if (!guesses_.may_guess(client, std::chrono::steady_clock::now()))
+    if (!guesses_.may_try(client, std::chrono::steady_clock::now()))
         co_return answer(std::string(too_many_guesses), 429);
     auto const* const email = field(form, "email");
     auto const* const password = field(form, "password");
@@ -307,7 +313,8 @@ asio::awaitable<HttpResponse> Website::sign_in(std::string client, Form form)
             response.headers.emplace_back("Set-Cookie", "password=" + account.token + std::string(rest));
             co_return response;
         }
-    guesses_.was_wrong(client, std::chrono::steady_clock::now()); // before others of that client are answered
+    guesses_.count_wrong(client,
+                         std::chrono::steady_clock::now()); // before others of that client are answered
     co_await wait(wrong_key_delay);
     co_return answer("Error: This e-mail address and this password do not belong together.", 403);
 }
@@ -317,10 +324,10 @@ asio::awaitable<HttpResponse> Website::download(std::string client, Form form)
 {
     if (auto missing = missing_in_download(form); !missing.empty())
         co_return answer(std::move(missing));
-    if (!guesses_.may_guess(client, std::chrono::steady_clock::now()))
+    if (!guesses_.may_try(client, std::chrono::steady_clock::now()))
         co_return answer(std::string(too_many_guesses));
     if (!equal_in_constant_time(form.at("key"), key_)) {
-        guesses_.was_wrong(client, std::chrono::steady_clock::now());
+        guesses_.count_wrong(client, std::chrono::steady_clock::now());
         co_await wait(wrong_key_delay);
         co_return answer("Error: Wrong key.");
     }

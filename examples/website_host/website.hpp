@@ -3,10 +3,10 @@
 
 #include "configuration.hpp"
 #include "form.hpp"
-#include "guess_limit.hpp"
 #include "page.hpp"
 #include "user_files.hpp"
 
+#include <webots_cloud/guess_limit.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
@@ -65,7 +65,7 @@ private:
     Page page_;
     std::string key_;
     std::vector<Account> accounts_;
-    GuessLimit guesses_;
+    webots_cloud::GuessLimit guesses_;
     UserFiles files_;
     boost::asio::thread_pool& disk_;
     webots_cloud::Logger log_;

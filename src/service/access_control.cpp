@@ -3,8 +3,8 @@
 // service behind. The rules themselves are in core/access/site_access.
 #include <webots_cloud/access_control.hpp>
 
-#include "core/access/guess_limit.hpp"
 #include "core/access/ip_address.hpp"
+#include "core/access/password_guesses.hpp"
 #include "core/access/site_access.hpp"
 #include "core/base64.hpp"
 #include "core/pages/http_pages.hpp"
@@ -181,7 +181,7 @@ struct AccessControl::Impl final : FleetObserver
     void log_origin(IncomingRequest const& request, std::string_view what);
     std::optional<HttpResponse> refuse(IncomingRequest const& request);
     std::optional<HttpResponse> refuse_monitor(IncomingRequest const& request);
-    result<bool> is_right(IncomingRequest const& request, core::GuessLimit& guesses, std::string_view what,
+    result<bool> is_right(IncomingRequest const& request, GuessLimit& guesses, std::string_view what,
                           bool is_equal);
 
     AccessParams params;
@@ -195,8 +195,8 @@ struct AccessControl::Impl final : FleetObserver
     std::string headers_of_pages;      ///< With line ends. Answers refer to it.
     std::string monitor_authorization; ///< Empty: no password is asked for.
     core::IpNetworks monitors;         ///< Addresses that need no password.
-    core::GuessLimit passwords{core::passwords_of_client, core::passwords_of_all};
-    core::GuessLimit tokens{core::passwords_of_client, core::passwords_of_all};
+    GuessLimit passwords{core::passwords_of_client, core::passwords_of_all};
+    GuessLimit tokens{core::passwords_of_client, core::passwords_of_all};
 };
 
 AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Clock& clock, Logger log,
@@ -219,7 +219,7 @@ void AccessControl::follow(Fleet& fleet)
 
 /// Whether a password or token that came with a request is the right one, as a comparison in constant time
 /// found. Errors: `unavailable`: too many were wrong, so that not even the right one counts.
-result<bool> AccessControl::Impl::is_right(IncomingRequest const& request, core::GuessLimit& guesses,
+result<bool> AccessControl::Impl::is_right(IncomingRequest const& request, GuessLimit& guesses,
                                            std::string_view what, bool is_equal)
 {
     auto const now = clock.now();

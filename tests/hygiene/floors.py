@@ -8,7 +8,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 # Folder -> what its files may include. Names are prefixes: of our own paths, or of library headers.
 STD = r'[a-z_0-9/]+'  # a header without extension
-VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/fleet.hpp', 'webots_cloud/load_report.hpp', 'webots_cloud/server_load.hpp',
+VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/fleet.hpp', 'webots_cloud/guess_limit.hpp', 'webots_cloud/load_report.hpp', 'webots_cloud/server_load.hpp',
           'webots_cloud/certificate_facts.hpp', 'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
           'webots_cloud/simulation_user.hpp', 'webots_cloud/own_files.hpp',
           'webots_cloud/project_ref.hpp', 'webots_cloud/website_project.hpp',

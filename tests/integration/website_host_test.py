@@ -181,6 +181,15 @@ class Hostile(WebsiteHostTest):
         self.assertTrue(guess(DOWNLOAD, self.fields(), "203.0.113.7", "")[2].startswith(b"Error: Too many "))
         self.assertEqual(guess("/ajax/sign-in", {}, "203.0.113.8", ADA["password"])[0], 200)
 
+    def test_a_home_of_ipv6_is_not_as_many_addresses_as_it_has_networks(self):
+        def guess(network, password):
+            return self.website.post("/ajax/sign-in", {"email": ADA["email"], "password": password}, **{"X-Forwarded-For": f"2001:db8:{network}::1"})[0]
+
+        answers = at_once(lambda i: guess(f"7:{i:x}00", "guess"), range(100))  # each in a /56 of its own
+        self.assertEqual((answers.count(403), answers.count(429)), (80, 20))
+        self.assertEqual(guess("7:ff", ADA["password"]), 429)
+        self.assertEqual(guess("8:0", ADA["password"]), 200)
+
     def test_forms_that_make_no_sense_are_refused(self):
         for content_type, body in (("multipart/form-data", b"x"), ("multipart/form-data; boundary=b", b"--b\r\n"), ("text/plain", b"a=b"),
                                    ("multipart/form-data; boundary=b", b"--b\r\nContent-Disposition: form-data\r\n\r\nx\r\n--b--"),

@@ -6,8 +6,9 @@
 #include "class_pictures.hpp"
 #include "class_simulators.hpp"
 #include "class_text.hpp"
-#include "core/access/guess_limit.hpp"
+#include "core/access/password_guesses.hpp"
 #include "core/access/silent_clients.hpp"
+#include "core/access/token_buckets.hpp"
 #include "pace.hpp"
 
 #include <webots_cloud/time.hpp>

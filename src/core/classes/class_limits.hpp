@@ -1,8 +1,7 @@
 // How much classes may take: memory and work stay bounded, whatever clients send.
 #pragma once
 
-#include "core/access/guess_limit.hpp"
-
+#include <webots_cloud/guess_limit.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 #include "unit_test.hpp"
 
-#include "core/access/guess_limit.hpp"
+#include "core/access/password_guesses.hpp"
 #include "core/base64.hpp"
 
 #include <webots_cloud/access_control.hpp>

@@ -1,11 +1,10 @@
 #include "unit_test.hpp"
 
-#include "core/access/guess_limit.hpp"
+#include <webots_cloud/guess_limit.hpp>
 
 #include <string>
 
 using namespace webots_cloud;
-using namespace webots_cloud::core;
 using namespace std::chrono_literals;
 
 BOOST_AUTO_TEST_SUITE(guess_limit)

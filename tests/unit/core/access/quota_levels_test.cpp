@@ -2,7 +2,7 @@
 
 #include "core/access/client_limit.hpp"
 #include "core/access/fair_queue.hpp"
-#include "core/access/guess_limit.hpp"
+#include "core/access/password_guesses.hpp"
 #include "core/access/quota_levels.hpp"
 #include "core/access/silent_clients.hpp"
 #include "core/access/token_buckets.hpp"
@@ -126,7 +126,7 @@ BOOST_AUTO_TEST_CASE(a_home_asks_and_guesses_as_often_as_a_few_clients)
     BOOST_TEST(buckets.has_token("2001:db8:2::/64", start));
     BOOST_TEST(taken(start + 1s) == 4);
 
-    core::GuessLimit limit(core::passwords_of_client, core::passwords_of_all);
+    GuessLimit limit(core::passwords_of_client, core::passwords_of_all);
     auto const guesses = [&limit](TimePoint now) {
         int count = 0;
         for (int i = 0; i < 65'536; ++i)
