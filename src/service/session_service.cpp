@@ -869,6 +869,7 @@ Forward SessionService::Impl::to_machine(core::ForwardTarget target)
     forward.upstream = Upstream(std::move(target.machine.host), target.machine.port);
     forward.upstream.tls = target.machine.tls;
     forward.upstream.name = std::move(target.machine.name);
+    forward.upstream.elsewhere = target.is_elsewhere;
     forward.kind = target.kind;
     // A trusted machine says itself which pages are simulations', and which are editors, that need an origin.
     bool const is_behind_its_gateway =

@@ -117,7 +117,8 @@ struct Upstream
     /// By TLS: only to a server whose certificate is for `host`, or for `name`, and from an authority that
     /// the adapter trusts.
     bool tls = false;
-    std::string name; ///< Empty: as `host`.
+    std::string name;       ///< Empty: as `host`.
+    bool elsewhere = false; ///< As in HttpRequest.
     /// Instead of all these, unless empty: a Unix socket that answers each connection with one connected
     /// socket (SCM_RIGHTS and a byte), or closes it where the server can't be reached.
     std::filesystem::path broker;

@@ -34,7 +34,7 @@ public:
         char byte = 0;
         std::size_t size = 0;
         return upstream.tls && upstream.host == upstream_.host && upstream.port == upstream_.port &&
-               upstream.name == upstream_.name &&
+               upstream.name == upstream_.name && upstream.elsewhere == upstream_.elsewhere &&
                end_.read(&byte, 1, false, size) == TunnelEnd::Reading::nothing;
     }
 

@@ -1,7 +1,6 @@
 #include "server_connection.hpp"
 
-#include "core/access/ip_address.hpp"
-#include "core/discovery/machine_name.hpp"
+#include "adapters/names/machine_addresses.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/as_tuple.hpp>
@@ -62,14 +61,6 @@ asio::awaitable<result<>> encrypt(EncryptedStream& stream, std::string const& ho
                       handshake_problem(stream.native_handle(), openssl_error, error.message()));
 }
 
-constexpr std::size_t max_shown_host = 100;
-
-bool is_no_machine(tcp::endpoint const& endpoint)
-{
-    auto const address = core::IpAddress::parse(endpoint.address().to_string());
-    return !address || !core::is_machine_address(*address, false);
-}
-
 } // namespace
 
 result<ServerTarget> parse_http_target(std::string const& url)
@@ -85,24 +76,22 @@ result<ServerTarget> parse_websocket_target(std::string const& url)
 asio::awaitable<result<std::vector<tcp::endpoint>>> ServerDirectory::resolve(ServerTarget const& target,
                                                                              TimePoint deadline)
 {
-    std::vector<tcp::endpoint> endpoints;
     boost::system::error_code not_numeric;
     auto const& given = target.address.empty() ? target.host : target.address;
     auto const address = asio::ip::make_address(given, not_numeric);
-    if (!not_numeric) {
-        endpoints.emplace_back(address, target.port);
-    } else {
-        auto const addresses = co_await resolver_.resolve(given, deadline);
-        if (!addresses)
-            co_return addresses.error();
-        for (auto const& found : *addresses)
-            endpoints.emplace_back(found, target.port);
-    }
-    if (target.elsewhere && std::erase_if(endpoints, is_no_machine) > 0 && endpoints.empty())
-        co_return Failure(errc::unreachable,
-                          concat(core::printable(given, max_shown_host),
-                                 " leads to this machine itself, or to none (\"discoverLoopback\" "
-                                 "allows the former)"));
+    result<Addresses> addresses;
+    if (!not_numeric)
+        addresses->push_back(address);
+    else
+        addresses = co_await resolver_.resolve(given, deadline);
+    if (!addresses)
+        co_return addresses.error();
+    if (target.elsewhere)
+        if (auto const kept = keep_those_elsewhere(*addresses, given); !kept)
+            co_return kept.error();
+    std::vector<tcp::endpoint> endpoints;
+    for (auto const& found : *addresses)
+        endpoints.emplace_back(found, target.port);
     co_return endpoints;
 }
 

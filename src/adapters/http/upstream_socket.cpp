@@ -2,6 +2,7 @@
 // simulation's network (broker). What comes from there is checked to be such a socket.
 #include "upstream_socket.hpp"
 
+#include "adapters/names/machine_addresses.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/as_tuple.hpp>
@@ -119,6 +120,9 @@ asio::awaitable<result<>> UpstreamSocket::connect_directly(Upstream const& upstr
         addresses = Failure(errc::unreachable, concat("\"", upstream.host, "\" is not a numeric address"));
     if (!addresses)
         co_return addresses.error();
+    if (upstream.elsewhere)
+        if (auto const kept = keep_those_elsewhere(*addresses, upstream.host); !kept)
+            co_return kept;
     boost::system::error_code failed = asio::error::host_not_found;
     for (auto const& each : *addresses) {
         if (is_closed_)

@@ -184,6 +184,7 @@ void ForwardingTable::add(ServerSpec const& server)
     range.first = range.last = port;
     range.machine = *machine;
     range.is_trusted = server.trusted;
+    range.is_elsewhere = server.elsewhere;
     ranges_.push_back(range);
     if (server.first_port == 0)
         return;
@@ -211,6 +212,7 @@ std::optional<ForwardTarget> ForwardingTable::find(std::string_view path, std::s
     auto machine = range->machine;
     machine.port = static_cast<std::uint16_t>(machine.port + (split->port - range->first));
     auto target = target_at_machine(std::move(machine), range->is_trusted, split->rest, query);
+    target.is_elsewhere = range->is_elsewhere;
     if (range->is_of_simulators)
         target.kind = UpstreamKind::simulation;
     return target;

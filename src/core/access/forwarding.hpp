@@ -93,7 +93,8 @@ struct ForwardTarget
     /// What answers there: one of the machine's simulators, its server, or the monitor of one that is
     /// trusted.
     UpstreamKind kind = UpstreamKind::simulation;
-    bool is_trusted = false; ///< `ServerSpec::trusted`.
+    bool is_trusted = false;   ///< `ServerSpec::trusted`.
+    bool is_elsewhere = false; ///< `ServerSpec::elsewhere`.
 };
 
 /// To the simulation server of a machine. `path` starts with `/`.
@@ -133,6 +134,7 @@ private:
         InternalAddress machine; ///< With what the first port is there.
         bool is_of_simulators = false;
         bool is_trusted = false;
+        bool is_elsewhere = false;
     };
 
     Range const* range_of(std::uint16_t port) const noexcept;

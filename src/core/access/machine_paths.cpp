@@ -90,6 +90,7 @@ std::optional<MachinePaths::Found> MachinePaths::find(std::string_view path, std
     if (!machine.answers)
         return found;
     found.target = target_at_machine(machine.internal, machine.known->spec.trusted, split->rest, query);
+    found.target->is_elsewhere = machine.known->spec.elsewhere;
     return found;
 }
 

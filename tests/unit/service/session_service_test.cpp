@@ -1030,6 +1030,9 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     request.headers = worker;
     BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 403);
     request.headers = {};
+    server.elsewhere = true;
+    fixture.fleet.put(server);
+    BOOST_TEST(std::get<Forward>(fixture.service.respond(request)).upstream.elsewhere);
     server.first_port = 2001;
     server.last_port = 2002;
     fixture.fleet.set({server});

@@ -162,6 +162,26 @@ BOOST_AUTO_TEST_CASE(the_certificate_may_be_for_a_name_instead_of_the_address)
     BOOST_TEST(ask(gateway) == bad, "no session is resumed that another name has verified");
 }
 
+// What a name server, or whoever announces a machine, says leads browsers to no service of our own machine.
+BOOST_AUTO_TEST_CASE(a_machine_that_was_found_is_not_reached_on_the_loopback)
+{
+    SignedItself const certificate("own", "DNS:localhost,IP:127.0.0.1");
+    RunningServer machine(certificate.shown());
+    RunningServer gateway(certificate.trusted());
+    for (auto const* host :
+         {"localhost", "127.0.0.1", "::ffff:127.0.0.1", "64:ff9b::127.0.0.1", "2002:7f00:1::"}) {
+        gateway.run([&] {
+            gateway.endpoint.forward = by_tls(machine.port(), "/x", host);
+            gateway.endpoint.forward->upstream.name = "localhost";
+            gateway.endpoint.forward->upstream.elsewhere = true;
+        });
+        BOOST_TEST(ask(gateway) == bad, host);
+    }
+    BOOST_TEST(machine.statistics().accepted == 0u);
+    gateway.run([&] { gateway.endpoint.forward = by_tls(machine.port(), "/x", "localhost"); });
+    BOOST_TEST(ask(gateway) == good, "an operator may name a server of this machine");
+}
+
 BOOST_AUTO_TEST_CASE(requests_of_one_browser_share_a_connection_and_those_of_another_do_not)
 {
     SignedItself const certificate("kept");

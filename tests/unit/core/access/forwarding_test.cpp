@@ -77,6 +77,18 @@ BOOST_AUTO_TEST_CASE(passwords_are_for_the_monitors_of_trusted_machines_alone)
     BOOST_TEST((kind("/2001/monitor") == UpstreamKind::simulation));
 }
 
+// Whose name leads to this machine itself, or where no machine is, is not reached there.
+BOOST_AUTO_TEST_CASE(a_machine_that_was_found_stays_known_to_be_elsewhere)
+{
+    auto machine = server("sim.example.org/2000", "https://sim.example.org:2000");
+    machine.first_port = machine.last_port = 2001;
+    for (bool const elsewhere : {false, true}) {
+        machine.elsewhere = elsewhere;
+        for (auto const* path : {"/2000/client", "/2001/"})
+            BOOST_TEST(ForwardingTable({machine}).find(path, "")->is_elsewhere == elsewhere, path);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(nothing_else_is_passed_on)
 {
     for (auto const* path : {"/", "/session", "/22/", "/2001/", "/2500/", "/2000x/", "/02000/", "/+2000/",

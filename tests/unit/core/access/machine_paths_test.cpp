@@ -160,6 +160,17 @@ BOOST_AUTO_TEST_CASE(passwords_are_for_the_monitors_of_trusted_machines_alone)
     BOOST_TEST(target.is_trusted);
 }
 
+BOOST_AUTO_TEST_CASE(a_machine_that_was_found_stays_known_to_be_elsewhere)
+{
+    Fixture fixture;
+    auto const path = fixture.below("sim4.test:2000", "/client");
+    BOOST_TEST(!fixture.paths.find(path, "")->target->is_elsewhere);
+    auto found = fixture.servers.back();
+    found.elsewhere = true;
+    fixture.fleet.put(found);
+    BOOST_TEST(fixture.paths.find(path, "")->target->is_elsewhere);
+}
+
 BOOST_AUTO_TEST_CASE(machines_that_browsers_reach_themselves_have_no_path)
 {
     Fleet fleet(mac);
