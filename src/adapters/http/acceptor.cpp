@@ -88,13 +88,12 @@ boost::system::error_code Acceptor::take(tcp::socket& socket)
     if (!taken)
         return {errno, boost::system::system_category()};
     boost::system::error_code error(ENOSPC, boost::system::system_category());
-    // While watches are short it is not tried in vain: Asio keeps memory for each socket that it could not
-    // watch.
-    bool is_tried = !watches_.is_short() || watches_.find_free();
+    bool is_tried = watches_.may_watch();
     for (int i = 0; is_tried && i < max_tries; ++i) {
         socket.assign(protocol_, taken.get(), error);
         if (error != boost::system::errc::no_space_on_device)
             break;
+        watches_.has_failed();
         is_tried = watches_.find_free();
     }
     if (!error)

@@ -59,10 +59,11 @@ public:
           must_end_at_(tls ? std::chrono::steady_clock::now() + max_age_of_tls : TimePoint::max())
     {}
 
-    /// As `adapters::open_connection`.
-    asio::awaitable<result<>> open(ServerTarget const& target, std::vector<tcp::endpoint> addresses)
+    /// As `ServerDirectory::open_connection`.
+    asio::awaitable<result<>> open(adapters::ServerDirectory& servers, ServerTarget const& target,
+                                   std::vector<tcp::endpoint> addresses)
     {
-        return adapters::open_connection(stream_.lowest(), stream_.encrypted(), target, std::move(addresses));
+        return servers.open_connection(stream_.lowest(), stream_.encrypted(), target, std::move(addresses));
     }
     asio::awaitable<result<HttpResponse>> exchange(std::string request, std::size_t body_limit);
 
@@ -253,7 +254,7 @@ asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request
     fresh.connection = std::move(*made);
     auto& connection = *fresh.connection;
     connection.expires_at(deadline);
-    auto const opened = co_await connection.open(*target, std::move(*addresses));
+    auto const opened = co_await connection.open(servers_, *target, std::move(*addresses));
     if (!opened)
         co_return opened.error();
     auto response = co_await connection.exchange(to_text(request, *target), request.body_limit);

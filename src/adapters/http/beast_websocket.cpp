@@ -417,8 +417,8 @@ BeastWebSocketClient::open(WebSocketRequest const& request, ServerTarget const& 
     auto const socket = std::make_shared<OpenWebSocket>(request, executor_, tls);
     auto& connection = socket->connection();
     connection.lowest().expires_at(deadline);
-    auto const opened = co_await adapters::open_connection(connection.lowest(), connection.encrypted(),
-                                                           target, std::move(addresses));
+    auto const opened = co_await servers_.open_connection(connection.lowest(), connection.encrypted(), target,
+                                                          std::move(addresses));
     if (!opened)
         co_return opened.error();
     auto const connected = co_await asio::this_coro::cancellation_state;

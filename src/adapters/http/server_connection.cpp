@@ -22,6 +22,8 @@ using core::concat;
 
 namespace {
 
+constexpr auto no_watch = boost::system::errc::no_space_on_device; // of epoll
+
 result<ServerTarget> parse_server_target(std::string const& text, std::string_view plain,
                                          std::string_view tls)
 {
@@ -104,15 +106,20 @@ result<asio::ssl::context> ServerDirectory::tls()
     return asio::ssl::context(*trusted); // a share of its own
 }
 
-asio::awaitable<result<>> open_connection(PlainStream& lowest, EncryptedStream* encrypted,
-                                          ServerTarget const& target, std::vector<tcp::endpoint> addresses)
+asio::awaitable<result<>> ServerDirectory::open_connection(PlainStream& lowest, EncryptedStream* encrypted,
+                                                           ServerTarget const& target,
+                                                           std::vector<tcp::endpoint> addresses)
 {
+    if (!watches_.may_watch())
+        co_return Failure(errc::unreachable, make_error_code(no_watch).message());
     auto const [error, endpoint] =
         co_await lowest.async_connect(addresses, asio::as_tuple(asio::use_awaitable));
     if (error == beast::error::timeout)
         co_return Failure(errc::unreachable, "no connection in time");
     if (error == asio::error::operation_aborted)
         co_return Failure(error);
+    if (error == no_watch)
+        watches_.has_failed();
     if (error)
         co_return Failure(errc::unreachable, error.message());
     beast::error_code ignored;

@@ -4,6 +4,7 @@
 
 #include "adapters/names/name_resolver.hpp"
 #include "tls_trust.hpp"
+#include "watch_reserve.hpp"
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/time.hpp>
@@ -70,18 +71,19 @@ public:
     /// For one connection, which keeps what it needs of it.   Errors: as `TlsTrust::context`.
     result<boost::asio::ssl::context> tls();
 
+    /// Connects `lowest` to one of `addresses` and, unless `encrypted` is null, which is then the stream over
+    /// it, shakes hands by TLS with the host of `target`. The deadline is that of `lowest`.
+    ///
+    /// Lifetime: all but `addresses` must outlive the operation.   Cancellation: terminal.
+    /// Errors: `unreachable`, also when not in time; `timed_out`: TLS is not; `operation_aborted`.
+    boost::asio::awaitable<result<>> open_connection(PlainStream& lowest, EncryptedStream* encrypted,
+                                                     ServerTarget const& target,
+                                                     std::vector<boost::asio::ip::tcp::endpoint> addresses);
+
 private:
     TlsTrust trust_;
     NameResolver resolver_;
+    WatchReserve watches_;
 };
-
-/// Connects `lowest` to one of `addresses` and, unless `encrypted` is null, which is then the stream over it,
-/// shakes hands by TLS with the host of `target`. The deadline is that of `lowest`.
-///
-/// Lifetime: all but `addresses` must outlive the operation.   Cancellation: terminal.
-/// Errors: `unreachable`, also when not in time; `timed_out`: TLS is not; `operation_aborted`.
-boost::asio::awaitable<result<>> open_connection(PlainStream& lowest, EncryptedStream* encrypted,
-                                                 ServerTarget const& target,
-                                                 std::vector<boost::asio::ip::tcp::endpoint> addresses);
 
 } // namespace webots_cloud::adapters

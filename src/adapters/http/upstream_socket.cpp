@@ -31,15 +31,6 @@ namespace {
 constexpr auto without_throwing = asio::as_tuple(asio::deferred);
 constexpr auto retry_after = std::chrono::milliseconds(10);
 
-Failure unreachable(boost::system::error_code error)
-{
-    bool const is_ours = error == asio::error::no_descriptors ||
-                         error == boost::system::errc::too_many_files_open_in_system ||
-                         error == boost::system::errc::no_space_on_device || // watches of epoll
-                         error == asio::error::no_buffer_space || error == asio::error::no_memory;
-    return Failure(is_ours ? errc::unavailable : errc::unreachable, error.message());
-}
-
 boost::system::error_code socket_error()
 {
     return {errno, boost::system::system_category()};
@@ -86,10 +77,23 @@ UpstreamSocket::UpstreamSocket(asio::any_io_executor const& executor, Upstreams&
     : upstreams_(upstreams), stream_(tcp::socket(executor), nullptr), broker_(executor), retry_(executor)
 {}
 
+Failure UpstreamSocket::unreachable(boost::system::error_code error)
+{
+    bool const has_no_watch = error == boost::system::errc::no_space_on_device;
+    if (has_no_watch)
+        upstreams_.watches().has_failed();
+    bool const is_ours = error == asio::error::no_descriptors ||
+                         error == boost::system::errc::too_many_files_open_in_system || has_no_watch ||
+                         error == asio::error::no_buffer_space || error == asio::error::no_memory;
+    return Failure(is_ours ? errc::unavailable : errc::unreachable, error.message());
+}
+
 asio::awaitable<result<>> UpstreamSocket::connect(Upstream const& upstream)
 {
     result<> reached;
-    if (upstream.broker.empty())
+    if (!upstreams_.watches().may_watch())
+        reached = unreachable(make_error_code(boost::system::errc::no_space_on_device));
+    else if (upstream.broker.empty())
         reached = co_await connect_directly(upstream);
     else
         reached = co_await connect_through(upstream.broker.string());

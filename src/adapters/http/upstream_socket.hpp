@@ -53,6 +53,7 @@ private:
     boost::asio::awaitable<result<>> encrypt(Upstream const& upstream);
     boost::asio::awaitable<result<>> connect_through(std::string broker);
     result<> take_socket();
+    Failure unreachable(boost::system::error_code error);
 
     Upstreams& upstreams_;
     Upstream const* upstream_ = nullptr; ///< Over TLS, until it has answered.

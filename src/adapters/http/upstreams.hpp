@@ -5,6 +5,7 @@
 #include "adapters/names/name_resolver.hpp"
 #include "network_stream.hpp"
 #include "tls_trust.hpp"
+#include "watch_reserve.hpp"
 
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/time.hpp>
@@ -44,6 +45,9 @@ public:
     /// Cancellation, errors: as `NameResolver::resolve`.
     boost::asio::awaitable<result<Addresses>> resolve(std::string name);
 
+    /// Of connections to other servers.
+    WatchReserve& watches() noexcept { return watches_; }
+
     /// For a connection to a server, before its handshake.
     ///
     /// Errors: as `load_trust`; `unavailable`.
@@ -68,6 +72,7 @@ private:
     TlsTrust trust_;
     SSL_CTX* trusted_by_ = nullptr; ///< The context of the sessions, which is compared and never used.
     NameResolver resolver_;
+    WatchReserve watches_;
     std::map<Server, Session> sessions_;
 };
 

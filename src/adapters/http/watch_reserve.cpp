@@ -8,12 +8,23 @@ namespace webots_cloud::adapters {
 
 void WatchReserve::fill()
 {
-    for (std::size_t i = watching_.size(); i < side; ++i) {
+    want(side * side, side);
+    refill();
+}
+
+void WatchReserve::has_failed()
+{
+    if (wanted_ == 0)
+        want(1, 1);
+}
+
+void WatchReserve::want(std::size_t count, std::size_t a_side)
+{
+    for (std::size_t i = watching_.size(); i < a_side; ++i) {
         watching_.emplace_back(::epoll_create1(EPOLL_CLOEXEC));
         watched_.emplace_back(::eventfd(0, EFD_CLOEXEC));
     }
-    wanted_ = side * side;
-    refill();
+    wanted_ = count;
 }
 
 bool WatchReserve::find_free()

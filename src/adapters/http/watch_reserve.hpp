@@ -21,6 +21,13 @@ public:
     /// Takes all of the reserve, as far as there is any.
     void fill();
 
+    /// There was no watch for a descriptor. From now on `may_watch` looks.
+    void has_failed();
+
+    /// Whether Asio may be given a descriptor. False: there is no watch, nor one that we could let go of.
+    /// Asio keeps memory (176 bytes) for each descriptor that it could not watch, until the program ends.
+    bool may_watch() { return !is_short() || find_free(); }
+
     /// Sees to it that there is a free watch, if need be one that we let go of.   False: none is left.
     bool find_free();
 
@@ -31,6 +38,7 @@ public:
     void refill();
 
 private:
+    void want(std::size_t count, std::size_t a_side);
     bool take();
     bool let_go();
 
