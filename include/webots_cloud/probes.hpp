@@ -52,9 +52,17 @@ struct OwnServer
 /// Its answer to `GET target`, whatever its status, in JSON where the server has that; at most a megabyte. It
 /// is asked as `localhost`.
 ///
-/// Errors: `unreachable`, `timed_out`, `protocol_error`.
+/// Errors: `unreachable`, `timed_out`, `protocol_error`; as of `find_watches`.
 /// Thread-safety: any thread.
 result<HttpResponse> ask_own_server(OwnServer const& server, std::string const& target, Duration limit);
+
+/// Whether the kernel has watches of epoll left for the user of this program, of which all programs of a user
+/// share so many. Without any, whatever waits by Asio waits for ever, since Asio does not look whether it
+/// could watch what wakes it: to be asked before.
+///
+/// Errors: `unavailable`, with what to do.
+/// Thread-safety: any thread.
+result<> find_watches();
 
 /// How a program has ended.
 struct ProgramEnd

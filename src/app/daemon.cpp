@@ -3,6 +3,7 @@
 #include "async/first_of.hpp"
 
 #include <webots_cloud/daemon.hpp>
+#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -11,12 +12,8 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <csignal>
 #include <iostream>
-#include <sys/epoll.h>
-#include <sys/eventfd.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -81,33 +78,6 @@ void raise_descriptor_limit()
         ::close(last);
     if (used >= 0) // inherited: then the table is large already
         ::close(used);
-}
-
-constexpr std::size_t first_watches = 32; // more than a server needs until its first connection
-
-/// Whether the kernel has watches of epoll left for our user, of which all programs of a user share so many.
-/// Asio does not look whether it could watch what wakes its event loop: without it, the loop sleeps for ever
-/// and hears no signal.
-result<> find_watches()
-{
-    std::array<int, first_watches> watched{};
-    int const epoll = ::epoll_create1(EPOLL_CLOEXEC);
-    bool are_taken = false;
-    for (auto& each : watched) {
-        each = ::eventfd(0, EFD_CLOEXEC);
-        epoll_event nothing{};
-        are_taken = are_taken || (::epoll_ctl(epoll, EPOLL_CTL_ADD, each, &nothing) != 0 && errno == ENOSPC);
-    }
-    for (int const each : watched)
-        ::close(each);
-    ::close(epoll);
-    if (!are_taken)
-        return {};
-    return Failure(
-        errc::unavailable,
-        "programs of this user have taken all epoll watches that the kernel gives a user, and without any "
-        "a server hears nothing. End the one that holds them (one that an earlier server has left, for "
-        "instance), run the server as a user of its own, or raise fs.epoll.max_user_watches");
 }
 
 /// Says why a program ends, and returns its exit status.

@@ -113,6 +113,10 @@ int ask_running_server(Program const& program, Arguments const& arguments, std::
         std::cout << (command.table && !arguments.json ? command.table(*answer) : *answer) << std::endl;
         return exit_ok;
     }
+    if (answer.error() == errc::unavailable) {
+        std::cerr << terminal_text(concat(program.name, ": ", answer.error().message())) << std::endl;
+        return exit_try_again;
+    }
     std::cerr << terminal_text(
                      concat(program.name, ": no answer at ", path.string(), ": ", answer.error().message(),
                             ". Does a server with this configuration run on this machine, as this user?"))

@@ -180,6 +180,8 @@ void show_token(StartedSite const& site)
 
 result<> start_all(Place const& place, CommandLine const& line, bool stops_before)
 {
+    if (auto const found = find_watches(); !found) // before anything is stopped
+        return found;
     auto const name = line.name.empty() ? std::string("local") : line.name;
     auto const moved = moved_ports(place, name, line.port);
     if (!moved)

@@ -159,11 +159,11 @@ class Server(Startable):
         kind = self.PROGRAM.split("-")[1]
         return os.path.join(self.folder, "tmp", f"webots-{os.geteuid()}", f"{kind}-{self.port}.sock")
 
-    def command(self, *options):
-        """Runs the program with an operator's option: its exit status and output."""
+    def command(self, *options, wrapper=()):
+        """Runs the program with an operator's option: its exit status and output. `wrapper`: what starts it, if anything."""
         environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"), "XDG_RUNTIME_DIR": "",
                        **self.environment}
-        finished = subprocess.run([program(self.PROGRAM), *options, os.path.join(self.folder, "config.json")], capture_output=True,
+        finished = subprocess.run([*wrapper, program(self.PROGRAM), *options, os.path.join(self.folder, "config.json")], capture_output=True,
                                   text=True, env=environment, cwd=self.folder, timeout=PATIENCE)
         return finished.returncode, (finished.stdout + finished.stderr).strip()
 

@@ -43,7 +43,8 @@ std::unique_ptr<OperatorSocket> make_operator_socket(boost::asio::any_io_executo
 /// The body of the answer to a request over the operator's socket of a running server. Waits for it, 5 s at
 /// most.
 ///
-/// Errors: `unreachable`: no server is there; `refused`, `timed_out`, `invalid_argument`.
+/// Errors: `unreachable`: no server is there; `refused`, `timed_out`, `invalid_argument`; as of
+/// `find_watches`.
 result<std::string> ask_operator_socket(std::filesystem::path const& path, std::string_view method,
                                         std::string_view target);
 

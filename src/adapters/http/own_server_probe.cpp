@@ -93,6 +93,8 @@ result<HttpResponse> ask_own_server(OwnServer const& server, std::string const& 
     auto const address = asio::ip::make_address(server.address, failed);
     if (failed)
         return Failure(errc::unreachable, concat(server.address, ": ", failed.message()));
+    if (auto const found = find_watches(); !found)
+        return found.error();
     asio::io_context context;
     asio::ssl::context tls(asio::ssl::context::tls_client);
     auto request = concat("GET ", target, " HTTP/1.1\r\nHost: localhost:", std::to_string(server.port),

@@ -9,6 +9,7 @@
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/operator.hpp>
+#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -324,6 +325,8 @@ result<std::string> ask_operator_socket(fs::path const& path, std::string_view m
 {
     if (path.native().size() >= sizeof(sockaddr_un::sun_path))
         return Failure(errc::invalid_argument, concat(path.string(), ": its path is too long"));
+    if (auto const found = find_watches(); !found)
+        return found.error();
     asio::io_context context;
     result<std::string> outcome = Failure(errc::timed_out);
     asio::co_spawn(context, ask(Protocol::endpoint(path.string()), method, target),

@@ -388,6 +388,15 @@ Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessCon
     return viewpoint;
 }
 
+bool can_wait(Findings& findings)
+{
+    auto const found = find_watches();
+    if (!found)
+        findings.emplace_back(core::Verdict::fault, "epoll watches", found.error().message(),
+                              "Nothing else was looked at: run the doctor again then.");
+    return bool(found);
+}
+
 void report_findings(Arguments const& arguments, Findings findings,
                      std::function<asio::awaitable<Findings>(asio::any_io_executor)> look)
 {

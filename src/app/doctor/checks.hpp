@@ -76,6 +76,10 @@ CheckWork check_names(std::vector<core::NamedHost> hosts, NameService& names, Cl
 /// Errors: `not_found`: there is no such program.
 boost::asio::awaitable<result<std::string>> output_of(std::vector<std::string> command);
 
+/// Whether this program can wait for anything (`find_watches`). If not, that is a finding, and nothing else
+/// may be looked at.
+bool can_wait(core::Findings& findings);
+
 /// Has `look` look, unless it is empty, and prints what it and `before` have found, as the arguments say.
 /// Ends the program, with their exit status.
 [[noreturn]] void

@@ -8,6 +8,7 @@
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/names.hpp>
 #include <webots_cloud/daemon.hpp>
+#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
@@ -95,6 +96,11 @@ template<class Config>
 result<> look_around(Configured<Config>& configured, fs::path const& origin, std::string_view kind)
 {
     auto const& config = configured.config;
+    if (auto const found = find_watches(); !found) {
+        configured.warnings.push_back(concat(
+            origin.string(), ": ports, folders and names were not looked at: ", found.error().message()));
+        return {};
+    }
     auto findings = ports_of(config, kind);
     if constexpr (std::is_same_v<Config, SimulationConfig>)
         for (auto& each : website_findings(config))

@@ -132,7 +132,7 @@ int diagnose_session_server(Arguments const& arguments)
 {
     Findings findings;
     auto const config = app::read_for_doctor<SessionConfig>(arguments, parse_session_config, findings);
-    if (!config)
+    if (!config || !app::can_wait(findings))
         app::report_findings(arguments, std::move(findings), {});
     auto const port = config->address.port;
     auto const viewpoint = app::view_from_outside("session", port, config->access);

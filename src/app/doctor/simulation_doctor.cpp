@@ -234,7 +234,7 @@ int diagnose_simulation_server(Arguments const& arguments, fs::path const& progr
 {
     Findings findings;
     auto const config = app::read_for_doctor<SimulationConfig>(arguments, parse_simulation_config, findings);
-    if (!config)
+    if (!config || !app::can_wait(findings))
         app::report_findings(arguments, std::move(findings), {});
     auto const port = config->address.port;
     auto const viewpoint = app::view_from_outside("simulation", port, config->access);
