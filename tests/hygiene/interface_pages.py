@@ -11,7 +11,7 @@ ROUTE = re.compile(r'^\s*\{"(/[^"]*)",\s*(?:core::)?Methods::(\w+),\s*(\S+),\s*(
 METHODS = {"get": "GET", "read": "GET, HEAD", "post": "POST", "read_and_options": "GET, HEAD, OPTIONS"}
 # Of `Route::may_ask`.
 FOR = {"everybody": "everybody", "is_operators": "the operator", "may_read_decisions": "the operator, or everybody with `decisionsForAll`",
-       "relays": "everybody, with `relay`", "hears_machines": "machines that know the secret, with `announcements`", "has_ticket": "clients with a ticket", "leads_to_simulation": "clients that know the token of a simulation"}
+       "relays": "everybody, with `relay`", "hears_machines": "machines that know the secret, with `announcements`", "has_ticket": "clients with a ticket", "is_person": "browsers that open it as a page", "leads_to_simulation": "clients that know the token of a simulation"}
 SERVICES = {"The session server": ["session_service"], "The simulation server": ["simulation_service", "status_endpoints"]}
 
 

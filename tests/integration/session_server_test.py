@@ -184,7 +184,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                     wait_until(lambda: any(re.match(moment + pattern, line) for line in lines()), lambda: f"{pattern} in {lines()}")
 
     def test_a_log_file_that_can_not_be_written_is_one_sentence_and_status_2(self):
-        server = SessionServer([], debug=False, logDir="/proc/nowhere")
+        server = SessionServer(["localhost:1"], debug=False, logDir="/proc/nowhere")
         self.addCleanup(server.close)
         with self.assertRaises(AssertionError) as raised:
             server.start()

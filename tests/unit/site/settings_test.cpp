@@ -53,6 +53,10 @@ BOOST_AUTO_TEST_CASE(all_ports_move_together)
     BOOST_TEST((ports_of(settings) == std::vector<std::uint16_t>{3000}));
     auto const website = parse_settings(Kind::website_host, "w.json", R"({"port": 1998})", 1001);
     BOOST_TEST(site_address(website.value()) == "http://localhost:2999/");
+    auto const odd = parse_settings(Kind::website_host, "w.json", R"({"port": 20.5e2})", 0);
+    BOOST_TEST(site_address(odd.value()) == "http://localhost:2050/",
+               "a whole number, however it is written");
+    BOOST_TEST(!parse_settings(Kind::website_host, "w.json", R"({"port": "1998"})", 0));
     BOOST_TEST(!parse_settings(Kind::website_host, "w.json", R"({"port": 1998})", 64'000));
     BOOST_TEST(!parse_settings(Kind::simulation, "s.json", R"({"port": 2000})", 64'000));
 }
