@@ -25,7 +25,7 @@ from support.servers import SimulationServer, descendants, main, port_is_free, p
 TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
 IMAGES = "webots_cloud_test/webots"
 EDITOR = "benjamindeleze/theia-test:test3"
-CREATING = ("loading: Creating", "loading: Network ")  # compose 1, compose 2
+CREATING = ("loading: Creating", "loading: Network ", "loading: Container ")  # compose 1, compose 2 with networks and without
 NOTHING = {"containers": [], "networks": [], "volumes": []}
 
 # Containers and the like of somebody else, which must not be touched.
@@ -170,7 +170,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
             began = [step for step, what in zip(steps, steps[1:]) if what.startswith("loading: ---> Running in ")]
             # An image that loses its name loses its last step with it, which does nothing.
             self.assertEqual(len(began), 1, browser.told)
-            self.assertRegex(began[0], r"^loading: Step (\d+)/\1 : LABEL webots_cloud\.server=")
+            self.assertRegex(began[0], r"^loading: Step (\d+)/\1 : LABEL (webots_cloud\.server|com\.docker\.compose\.image\.builder)=")
             self.assertTrue([text for text in steps if text.endswith("Using cache")], browser.told)
 
     async def test_no_browser_hears_a_name_of_what_is_built_and_nothing_that_has_ended_has_one(self):

@@ -94,6 +94,18 @@ std::string display_lines(std::filesystem::path const& socket)
     return text;
 }
 
+/// Lines of a service. Compose 2 refuses a file with options that the operator's has, too.
+std::string security_lines(std::string_view operators, bool system_calls)
+{
+    constexpr std::string_view no_gain = "no-new-privileges:true";
+    std::string text;
+    if (operators.find(no_gain) == std::string_view::npos)
+        text.append(concat("      - ", no_gain, "\n"));
+    if (system_calls && operators.find("seccomp") == std::string_view::npos)
+        text.append(concat("      - seccomp:", system_calls_file_name, "\n"));
+    return text.empty() ? text : concat("    security_opt:\n", text);
+}
+
 /// Lines of a service. There is no swap besides the memory, as without containers.
 std::string limit_lines(ProcessLimits const& limits)
 {
@@ -144,9 +156,7 @@ std::string walls_file(std::string_view compose_file, ContainerWalls const& wall
     for (auto const& [name, lines] : services_of(compose_file)) {
         text.append(concat("  ", name, ":\n"));
         text.append(name == editor ? "    cap_drop: [MKNOD, NET_RAW]\n" : "    cap_drop: [ALL]\n");
-        text.append("    security_opt:\n      - no-new-privileges:true\n");
-        if (walls.system_calls && name != editor && lines.find("seccomp") == std::string::npos)
-            text.append(concat("      - seccomp:", system_calls_file_name, "\n"));
+        text.append(security_lines(lines, walls.system_calls && name != editor));
         bool const is_closed = (walls.builds_without_network && name == simulator_service) ||
                                (walls.controller_builds_without_network && name == controller);
         if (is_closed && lines.find("build:") != std::string::npos &&

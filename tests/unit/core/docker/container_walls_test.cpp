@@ -145,6 +145,21 @@ BOOST_AUTO_TEST_CASE(services_may_use_the_system_calls_of_a_list)
                    .find("seccomp") == std::string::npos);
 }
 
+// Compose 2 refuses lists of which two files have the same item.
+BOOST_AUTO_TEST_CASE(an_option_that_the_operator_has_set_is_not_set_again)
+{
+    constexpr auto set = "services:\n  webots:\n    security_opt:\n      - no-new-privileges:true\n";
+    ContainerWalls walls;
+    BOOST_TEST(walls_file(set, walls).find("security_opt") == std::string::npos);
+    walls.system_calls = true;
+    BOOST_TEST(
+        walls_file(set, walls).find("    security_opt:\n      - seccomp:docker-compose.seccomp.json\n") !=
+        std::string::npos);
+    BOOST_TEST(walls_file(set, walls).find("no-new-privileges") == std::string::npos);
+    constexpr auto cleared = "services:\n  webots:\n    security_opt:\n      - no-new-privileges:false\n";
+    BOOST_TEST(walls_file(cleared, walls).find("      - no-new-privileges:true\n") != std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(images_are_built_without_a_network_where_the_operator_has_not_chosen_one)
 {
     ContainerWalls walls;
