@@ -92,7 +92,7 @@ constexpr std::uint64_t max_ref_size = 4096;
 struct RefMeant
 {
     core::GitTarget target;
-    std::optional<std::uint32_t> project;
+    std::uint32_t project = 0;
 };
 
 std::string write_ref(core::GitTarget const& target, std::uint32_t project)
@@ -112,10 +112,9 @@ std::optional<RefMeant> parse_ref(std::string_view text)
     meant.target.commit = *commit;
     meant.target.folder = line.substr(41);
     auto const rest = text.substr(line.size() + 1);
-    std::uint32_t project = 0;
-    auto const [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), project);
-    if (error == std::errc() && std::string_view(end, rest.data() + rest.size()) == "\n")
-        meant.project = project;
+    auto const [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), meant.project);
+    if (error != std::errc() || std::string_view(end, rest.data() + rest.size()) != "\n")
+        return std::nullopt;
     return meant;
 }
 
@@ -219,7 +218,7 @@ void GitCache::scan()
             }
             auto const text = read_file(AT_FDCWD, (entry.path() / "index").c_str(), max_index_size);
             auto const index = text ? parse_index(*text) : result<GitIndex>(text.error());
-            if (!index || !fs::exists(entry.path() / "proof", failed)) { // or it is of an older server
+            if (!index || !fs::exists(entry.path() / "proof", failed)) {
                 remove_tree(entry.path());
                 continue;
             }
@@ -233,7 +232,7 @@ void GitCache::scan()
     }
 }
 
-/// What refs mean that was not removed. (A server that is older has written no keys.)
+/// What refs mean that was not removed.
 void GitCache::list_projects()
 {
     constexpr std::size_t max_files = 10'000;
@@ -243,11 +242,11 @@ void GitCache::list_projects()
         for (auto const& ref : fs::directory_iterator(repository.path() / "refs", failed)) {
             auto const text = read_file(AT_FDCWD, ref.path().c_str(), max_ref_size);
             auto const meaning = text ? parse_ref(*text) : std::nullopt;
-            if (!meaning || !meaning->project || found.size() == max_files)
+            if (!meaning || found.size() == max_files)
                 continue;
             auto const stored = stored_.find((repository.path() / snapshot_name(meaning->target)).string());
             if (stored != stored_.end())
-                found.emplace_back(stored->second.used, *meaning->project);
+                found.emplace_back(stored->second.used, meaning->project);
         }
     std::ranges::sort(found, std::greater());
     found.resize(std::min(found.size(), LoadReport::max_projects));

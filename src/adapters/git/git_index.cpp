@@ -15,9 +15,7 @@ namespace {
 using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
-// Earlier versions are not used: 1 may have commits that are not of the repository, 2 has pointers of Git LFS
-// instead of files, and lacks the files of the folders above.
-constexpr std::string_view first_line = "webots_cloud folder 3";
+constexpr std::string_view first_line = "webots_cloud folder 3"; // a cache of another version is fetched again
 constexpr std::string_view last_line = "end";
 constexpr std::string_view letters = "fxld"; // in the order of Kind
 constexpr std::string_view large_letters = "FX";

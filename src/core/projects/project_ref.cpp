@@ -19,10 +19,12 @@ bool is_alphanumeric(char c) noexcept
     return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
 }
 
-/// Owners and repositories: what forges allow, and nothing that could be an option, a hidden name or a path.
+/// Owners and repositories: what some forge allows (docs/access.md). Names become paths and addresses, never
+/// arguments of a command, so they may begin with a hyphen.
 bool is_forge_name(std::string_view name)
 {
-    return !name.empty() && name.size() <= 100 && name[0] != '-' && name[0] != '.' &&
+    constexpr std::size_t longest = 255; // of a group of GitLab
+    return name.size() <= longest && core::is_safe_file_name(name) &&
            std::all_of(name.begin(), name.end(),
                        [](char c) { return is_alphanumeric(c) || c == '-' || c == '_' || c == '.'; });
 }

@@ -108,7 +108,9 @@ BOOST_AUTO_TEST_CASE(shell_text_options_and_traversal_are_refused)
     for (auto const* url : {
              "https://github.com/$(id)/r/blob/main/worlds/a.wbt",
              "https://github.com/o/r`id`/blob/main/worlds/a.wbt",
-             "https://github.com/o/-r/blob/main/worlds/a.wbt",
+             "https://github.com/o/./blob/main/worlds/a.wbt",
+             "https://github.com/o/.git/blob/main/worlds/a.wbt",
+             "https://github.com/o/h%C3%B6he/blob/main/worlds/a.wbt",
              "https://github.com/--upload-pack=x/r/blob/main/worlds/a.wbt",
              "https://github.com/../r/blob/main/worlds/a.wbt",
              "https://github.com/o/r/blob/main/../../worlds/a.wbt",
@@ -129,6 +131,28 @@ BOOST_AUTO_TEST_CASE(shell_text_options_and_traversal_are_refused)
              "https://github.com/o/r/blob/main/worlds/%ff.wbt",
          })
         BOOST_TEST(refusal_of(url).starts_with("Wrong Webots simulation URL"), url);
+}
+
+// GitHub makes a hyphen of each letter of a name that is not ASCII; a user's profile and a site's settings
+// are in repositories such as
+// `.github`; groups of GitLab have the longest names.
+BOOST_AUTO_TEST_CASE(names_that_some_forge_allows_are_names)
+{
+    for (std::string const name :
+         {"-", "--", "-r", "_", "r-", "1", ".github", "r.js", "a--b", "...", "Icon_", "a.b-c_d"}) {
+        auto const project =
+            parse_world_url("https://github.com/o/" + name + "/blob/main/worlds/a.wbt", forges);
+        BOOST_TEST_REQUIRE(project.has_value(), name);
+        BOOST_TEST(project->clone_url() == "https://github.com/o/" + name + ".git");
+        BOOST_TEST(
+            parse_world_url("https://github.com/" + name + "/r/blob/main/worlds/a.wbt", forges).has_value(),
+            name);
+    }
+    auto const address = [](std::size_t size) {
+        return "https://github.com/" + std::string(size, 'a') + "/r/blob/main/worlds/a.wbt";
+    };
+    BOOST_TEST(parse_world_url(address(255), forges).has_value());
+    BOOST_TEST(!parse_world_url(address(256), forges).has_value());
 }
 
 BOOST_AUTO_TEST_CASE(endless_urls_are_refused)
