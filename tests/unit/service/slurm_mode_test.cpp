@@ -158,7 +158,7 @@ BOOST_AUTO_TEST_CASE(what_is_missing_is_told_at_the_start)
     BOOST_TEST(first.open() == "srun is not installed, which \"launcher\" needs (slurm-client).");
 
     auto elsewhere = slurm_params();
-    elsewhere.jobs.job.partition = "gpu";
+    elsewhere.config.job.partition = "gpu";
     SlurmFixture second(elsewhere);
     second.processes.expect().prints("main*\n").exits(0);
     BOOST_TEST(second.open() ==
@@ -171,7 +171,7 @@ BOOST_AUTO_TEST_CASE(what_is_missing_is_told_at_the_start)
 
     auto without_tar = slurm_params();
     without_tar.tar.clear();
-    without_tar.jobs.copy_to = "/tmp";
+    without_tar.config.copy_to = "/tmp";
     SlurmFixture copying(without_tar);
     BOOST_TEST(copying.open() == "tar is not installed, which \"copyTo\" of \"launcher\" needs.");
 
