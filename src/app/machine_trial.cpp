@@ -115,12 +115,19 @@ asio::awaitable<void> try_isolation(TrialContext const& context, Clock& clock, M
             finding_of(subject, key, "simulations are not kept apart", {trial.isolation_warning}));
 }
 
-/// Which limits simulations have, and which are not kept well.
-void judge_limits(TrialContext const& context, MachineTrial& trial)
+/// Which limits simulations have, and which are not kept well. Jobs of a cluster have those of their nodes.
+void judge_limits(SimulationConfig const& config, TrialContext const& context, MachineTrial& trial)
 {
-    trial.remarks.note(core::limits_text(context.limits, *context.limit_support));
-    trial.unkept_limits =
-        core::unkept_limits(context.limits, *context.limit_support, !trial.sandbox.walls.sandbox.empty());
+    core::CountedMemory counted;
+    counted.private_folders = !trial.sandbox.walls.sandbox.empty();
+    counted.open_files =
+        ::geteuid() == 0 || trial.sandbox.params.user.kind != SimulationUser::Kind::of_its_own;
+    if (config.slurm) {
+        trial.unkept_limits = core::unkept_job_limits(context.limits);
+    } else {
+        trial.remarks.note(core::limits_text(context.limits, *context.limit_support));
+        trial.unkept_limits = core::unkept_limits(context.limits, *context.limit_support, counted);
+    }
     if (trial.unkept_limits.empty())
         return;
     trial.remarks.warn(trial.unkept_limits);
@@ -146,9 +153,8 @@ asio::awaitable<MachineTrial> try_machine(SimulationConfig const& config, TrialC
     if (!trial.outcome && trial.outcome.error().code() == asio::error::operation_aborted)
         co_return trial;
     co_await try_isolation(context, clock, trial);
-    // Slurm limits jobs, of whose memory only its operators know.
-    if (context.limit_support && !config.slurm)
-        judge_limits(context, trial);
+    if (context.limit_support)
+        judge_limits(config, context, trial);
     trial.walls = trial.sandbox.walls;
     trial.walls.own_displays = trial.display.name.empty();
     trial.walls.limits =

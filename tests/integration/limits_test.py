@@ -184,6 +184,7 @@ class Limits:
     keys = {}
     user = None
     wrapper = ()
+    drops_privileges = False  # by the wrapper
     enforced = "looked at every second"
     attacks = ATTACKS
     memory_attacks = MEMORY_ATTACKS
@@ -198,7 +199,7 @@ class Limits:
 
     @classmethod
     def make_server(cls):
-        return LimitedServer(cls.user, cls.wrapper, **cls.keys)
+        return LimitedServer(cls.user, cls.wrapper, cls.drops_privileges, **cls.keys)
 
     @classmethod
     def check(cls):
@@ -429,6 +430,25 @@ class AnotherUser(WithoutGroups, unittest.TestCase):
 
 class AnotherUserWithBubblewrap(InSandbox, AnotherUser):
     keys = {"sandbox": "bubblewrap", "network": "none"}
+
+
+class SubordinateUsers(WithoutGroups, unittest.TestCase):
+    """Whose files in memory the server does not see, unless they are mapped: docs/sandboxes.md says so, and so does the server."""
+
+    keys = {"sandbox": "none", "simulationUser": "subordinate", "display": "none"}
+    attacks = {name: attack for name, attack in ATTACKS.items() if name != "files_in_memory"}
+    memory_attacks = tuple(name for name in MEMORY_ATTACKS if name != "files_in_memory")
+    drops_privileges = True
+
+    @classmethod
+    def check(cls):
+        require_subordinate_users()
+        super().check()
+        cls.user, cls.wrapper = NOBODY, as_nobody_with_numbers()
+
+    def test_log_and_monitor_say_what_is_not_counted(self):
+        for text in (self.server.log(), self.server.get("/monitor")):
+            self.assertIn("files in memory without a name are counted as far as they are mapped only", text)
 
 
 class Processors(unittest.TestCase):

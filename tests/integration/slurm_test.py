@@ -85,6 +85,8 @@ class Jobs(OneCluster):
                 [job] = self.cluster.run("squeue", "-h", "-o", "%j %P %m %l").splitlines()
                 self.assertRegex(job, rf"^webots_cloud_\S+_{simulation.port}_\S+ robots 100M 1:07:00$")
                 self.assertIn("runs on node", simulation.log())
+                for text in (simulation.log(), simulation.get("/monitor")):  # which limits are Slurm's to keep
+                    self.assertIn("not what its processes share, nor files in memory and the buffers of sockets", text)
             self.cluster.wait_until_empty()
             simulation.wait_until_clean()
 

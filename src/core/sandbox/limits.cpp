@@ -113,7 +113,8 @@ std::string limits_text(ProcessLimits const& limits, LimitSupport const& support
     return concat("The limits of each simulation: ", text, ".");
 }
 
-std::string unkept_limits(ProcessLimits const& limits, LimitSupport const& support, bool has_sandbox)
+std::string unkept_limits(ProcessLimits const& limits, LimitSupport const& support,
+                          CountedMemory const& counted)
 {
     std::string unkept;
     auto const add = [&unkept](std::string_view what) { unkept += concat(unkept.empty() ? "" : "; ", what); };
@@ -126,7 +127,9 @@ std::string unkept_limits(ProcessLimits const& limits, LimitSupport const& suppo
                    " looked at every second only, in which a simulation can use much more"));
     if (memory_is_watched)
         add("memory that no process shows, such as the buffers of sockets, is not counted");
-    if (memory_is_watched && !has_sandbox)
+    if (memory_is_watched && !counted.open_files)
+        add("files in memory without a name are counted as far as they are mapped only");
+    if (memory_is_watched && !counted.private_folders)
         add("files in the machine's own folders in memory, such as /dev/shm, are not counted");
     if (limits.processors > 0 && !support.processors)
         add("\"simulationCpus\" has no effect");
@@ -135,6 +138,18 @@ std::string unkept_limits(ProcessLimits const& limits, LimitSupport const& suppo
     return concat("Simulations can exceed some of their limits, since this server can make no control groups "
                   "for these (",
                   support.problem, "): ", unkept, " (docs/sandboxes.md, \"Limits\").");
+}
+
+std::string unkept_job_limits(ProcessLimits const& limits)
+{
+    if (limits.memory == 0 && limits.processes == 0)
+        return {};
+    return "Jobs can exceed some of their limits, unless Slurm keeps them (\"ConstrainRAMSpace\" in its "
+           "cgroup.conf), which this server can't know: on the nodes they are looked at every second only, "
+           "and "
+           "of memory only a job's own pages are counted, not what its processes share, nor files in memory "
+           "and "
+           "the buffers of sockets (docs/sandboxes.md, \"Limits\").";
 }
 
 } // namespace webots_cloud::core

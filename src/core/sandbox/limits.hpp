@@ -52,8 +52,21 @@ bool limits_hold(ProcessLimits const& limits, LimitSupport const& support) noexc
 /// For the operator, at the start: which limits there are and who keeps them.
 std::string limits_text(ProcessLimits const& limits, LimitSupport const& support);
 
+/// What of a simulation's memory can be counted where there are no control groups.
+struct CountedMemory
+{
+    CountedMemory() = default;
+
+    bool private_folders = false; ///< A sandbox gives it folders in memory of its own.
+    bool open_files = true;       ///< Files in memory, too, that it has open and not mapped.
+};
+
 /// For the operator: which of its limits a simulation can exceed here, and why; a sentence for the log, the
-/// monitor page and the doctor. `has_sandbox`: it has folders in memory of its own. Empty: none.
-std::string unkept_limits(ProcessLimits const& limits, LimitSupport const& support, bool has_sandbox);
+/// monitor page and the doctor. Empty: none.
+std::string unkept_limits(ProcessLimits const& limits, LimitSupport const& support,
+                          CountedMemory const& counted);
+
+/// The same for jobs of a cluster.
+std::string unkept_job_limits(ProcessLimits const& limits);
 
 } // namespace webots_cloud::core

@@ -149,19 +149,32 @@ BOOST_AUTO_TEST_CASE(limits_that_are_not_kept_as_they_should_are_warned_of_with_
 {
     LimitSupport nothing;
     nothing.problem = "it is read-only";
+    CountedMemory in_sandbox;
+    in_sandbox.private_folders = true;
     BOOST_TEST(
-        unkept_limits(all_limits(), nothing, true) ==
+        unkept_limits(all_limits(), nothing, in_sandbox) ==
         "Simulations can exceed some of their limits, since this server can make no control groups for "
         "these (it is read-only): memory and processes are looked at every second only, in which a "
         "simulation can use much more; memory that no process shows, such as the buffers of sockets, is "
         "not counted; \"simulationCpus\" has no effect (docs/sandboxes.md, \"Limits\").");
-    BOOST_TEST(contains(unkept_limits(all_limits(), nothing, false), "such as /dev/shm, are not counted"));
-    BOOST_TEST(unkept_limits(all_limits(), with_groups(), false) == "");
-    BOOST_TEST(unkept_limits(ProcessLimits(), nothing, false) == "");
+    BOOST_TEST(
+        contains(unkept_limits(all_limits(), nothing, CountedMemory()), "such as /dev/shm, are not counted"));
+    BOOST_TEST(unkept_limits(all_limits(), with_groups(), CountedMemory()) == "");
+    BOOST_TEST(unkept_limits(ProcessLimits(), nothing, CountedMemory()) == "");
     auto memory_alone = with_groups();
     memory_alone.memory = false;
-    BOOST_TEST(contains(unkept_limits(all_limits(), memory_alone, true), ": memory is looked at"));
-    BOOST_TEST(!contains(unkept_limits(all_limits(), memory_alone, true), "simulationCpus"));
+    BOOST_TEST(contains(unkept_limits(all_limits(), memory_alone, in_sandbox), ": memory is looked at"));
+    BOOST_TEST(!contains(unkept_limits(all_limits(), memory_alone, in_sandbox), "simulationCpus"));
+    in_sandbox.open_files = false;
+    BOOST_TEST(contains(unkept_limits(all_limits(), nothing, in_sandbox),
+                        "files in memory without a name are counted as far as they are mapped only"));
+    BOOST_TEST(unkept_limits(all_limits(), with_groups(), in_sandbox) == "");
+}
+
+BOOST_AUTO_TEST_CASE(of_jobs_the_log_says_what_slurm_alone_can_limit)
+{
+    BOOST_TEST(contains(unkept_job_limits(all_limits()), "of memory only a job's own pages are counted"));
+    BOOST_TEST(unkept_job_limits(ProcessLimits()) == "");
 }
 
 BOOST_AUTO_TEST_CASE(limits_hold_where_the_kernel_keeps_them_and_none_is_missing)
