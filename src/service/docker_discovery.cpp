@@ -53,6 +53,7 @@ asio::awaitable<result<DockerEngine>> find_docker(DockerModeParams const& params
     DockerEngine engine;
     engine.compose = *compose;
     engine.runtime = *runtime;
+    engine.confines_builds = core::confines_builds(*info);
     co_return engine;
 }
 

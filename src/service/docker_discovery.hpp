@@ -20,6 +20,7 @@ struct DockerEngine
 
     std::vector<std::string> compose; ///< The beginning of its command line.
     std::string runtime = "runc";     ///< What runs the containers.
+    bool confines_builds = false;     ///< As `core::confines_builds`.
 };
 
 /// Asks docker and compose for their versions.

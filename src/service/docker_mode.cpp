@@ -86,6 +86,12 @@ asio::awaitable<result<>> DockerMode::open()
     impl_->log.info(concat("Simulations run in containers, by ",
                            core::join({impl_->engine.compose.begin(), impl_->engine.compose.end()}, " "),
                            " and ", impl_->engine.runtime));
+    if (!impl_->engine.confines_builds)
+        impl_->log.warning(
+            "Builds of projects may use Docker's own list of system calls, and have capabilities, which "
+            "Docker can't take from a single build: docs/docker.md, \"What a build may do\", says how to "
+            "take "
+            "more from all of them.");
     co_await open_screen(impl_->params, impl_->commands, impl_->log);
     std::string all_projects;
     auto const removed = co_await impl_->cleanup.remove_leftovers(std::move(all_projects));

@@ -225,6 +225,7 @@ BOOST_AUTO_TEST_CASE(compose_as_a_part_of_docker_is_preferred)
     Fixture fixture;
     fixture.open();
     BOOST_TEST(fixture.log.contains("Simulations run in containers, by /bin/docker compose and runc"));
+    BOOST_TEST(fixture.log.contains("Builds of projects may use Docker's own list of system calls"));
     auto const& started = fixture.processes.started();
     BOOST_TEST(joined(started.at(0).argv) == "/bin/docker compose version");
     BOOST_TEST(joined(started.at(2).argv).starts_with("/bin/docker ps --all --format "));
@@ -238,10 +239,11 @@ BOOST_AUTO_TEST_CASE(compose_as_a_program_of_its_own_will_do)
     Fixture fixture;
     fixture.processes.expect().prints("docker: 'compose' is not a docker command.\n").exits(1);
     fixture.expect_commands(1, "docker-compose version 1.29.2\n");
-    fixture.expect_commands(1, "Docker 20.10.24 has nvidia runc \n");
+    fixture.expect_commands(1, "Docker 20.10.24 has nvidia runc with name=seccomp,profile=/etc/x.json \n");
     fixture.expect_commands(looks);
     BOOST_TEST(said_by_open(fixture) == "");
     BOOST_TEST(fixture.log.contains("Simulations run in containers, by /bin/docker-compose and nvidia"));
+    BOOST_TEST(!fixture.log.contains("Builds of projects"));
 }
 
 BOOST_AUTO_TEST_CASE(what_is_missing_is_said_to_the_operator)
