@@ -17,6 +17,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -117,12 +118,16 @@ public:
     /// Forgets a project that was prepared and could not be started.
     void forget(std::string const& project) noexcept;
 
-    /// The bytes that the containers of a project have written into their file systems and volumes, as docker
-    /// has counted them in the last ten seconds, or, where it takes long to count, not so often. 0 where it
-    /// does not answer.
-    boost::asio::awaitable<std::uint64_t> written(std::string project);
+    /// A line of compose, which may name what is built for a project that was prepared.
+    void note(std::string const& project, std::string_view line);
 
-    /// Removes whatever is left of a project that was prepared and has ended, and old images.
+    /// What the containers of a project have written into their file systems and volumes, and what its build
+    /// has made, as docker has counted it in the last ten seconds, two while it is built, or, where it takes
+    /// long to count, not so often. 0 where it does not answer.
+    boost::asio::awaitable<WrittenElsewhere> written(std::string project);
+
+    /// Removes whatever is left of a project that was prepared and has ended, old images, and what is kept
+    /// of builds beyond `build_cache`.
     boost::asio::awaitable<void> clear(std::string project);
 
 private:

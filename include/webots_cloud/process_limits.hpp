@@ -41,7 +41,17 @@ enum class Limit
 {
     memory,
     processes,
-    disk
+    disk,
+    build ///< Of the disk as well, by the images that are built for a simulation.
+};
+
+/// What a simulation has made outside of its folder, in bytes.
+struct WrittenElsewhere
+{
+    WrittenElsewhere() = default;
+
+    std::uint64_t files = 0;  ///< In the file systems and volumes of its containers.
+    std::uint64_t images = 0; ///< By all steps of its build together, those of earlier builds among them.
 };
 
 } // namespace webots_cloud

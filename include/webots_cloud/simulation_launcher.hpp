@@ -183,9 +183,9 @@ public:
     /// this runs.
     virtual boost::asio::awaitable<ProcessUsage> usage() = 0;
 
-    /// The bytes that it has written outside of the instance directory. The simulation may be destroyed while
-    /// this runs.
-    virtual boost::asio::awaitable<std::uint64_t> written_elsewhere() = 0;
+    /// What it has written outside of the instance directory. The simulation may be destroyed while this
+    /// runs.
+    virtual boost::asio::awaitable<WrittenElsewhere> written_elsewhere() = 0;
 };
 
 /// Starts simulators on ports of its own.

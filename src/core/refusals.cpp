@@ -233,6 +233,9 @@ constexpr std::array<RefusalRow, static_cast<std::size_t>(R::count)> table{{
     {R::disk_overrun, "overrun", errc::start_failed, everywhere,
      "The simulation filled its folder with more than {max} MB, or with very many files, which is the limit of a "
      "simulation on this server. Its operator can raise \"simulationDisk\"."},
+    {R::build_overrun, "overrun", errc::start_failed, everywhere,
+     "The steps that build the project made images of more than {max} MB together, which is the limit of a simulation on "
+     "this server. Its operator can raise \"simulationDisk\"."},
     {R::ended_by_operator, "ended-by-operator", errc::refused, everywhere,
      "The operator has ended this simulation."},
     {R::has_ended, "ended", errc::not_found, everywhere,

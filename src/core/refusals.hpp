@@ -127,6 +127,7 @@ enum class Refused : std::uint8_t
     memory_overrun,
     process_overrun,
     disk_overrun,
+    build_overrun,
     ended_by_operator,
     has_ended,
     job_time_limit,

@@ -1,9 +1,8 @@
 // Docker has no option for the limits of a build's steps, so they are set on the containers as they appear,
-// and what they write is measured at intervals. Between appearing and limiting there is a moment without.
+// and there is a moment without. What they write is counted with the rest of their build (docker_mode.cpp).
 #include "docker_build_limits.hpp"
 
 #include "async/cancellation.hpp"
-#include "async/first_of.hpp"
 #include "core/docker/build_limits.hpp"
 #include "core/simulation/webots_output.hpp"
 #include "core/text.hpp"
@@ -21,14 +20,12 @@ namespace {
 
 // Until docker is followed anew, when it has ended.
 constexpr auto between_attempts = std::chrono::seconds(10);
-// Between looks at what steps have written; more where docker takes long to count it.
-constexpr auto between_looks = std::chrono::seconds(2);
 
 } // namespace
 
 void DockerBuildLimits::begin(std::string project)
 {
-    if (core::limit_container(params_.limits, {}).empty() && params_.limits.disk == 0)
+    if (core::limit_container(params_.limits, {}).empty())
         return;
     projects_[std::move(project)] = clock_.wall();
     if (begun_)
@@ -43,14 +40,6 @@ void DockerBuildLimits::end(std::string const& project) noexcept
 }
 
 asio::awaitable<result<>> DockerBuildLimits::run()
-{
-    if (params_.limits.disk == 0)
-        co_return co_await keep_following();
-    auto parts = async::first_of(keep_following(), keep_measuring());
-    co_return co_await std::move(parts);
-}
-
-asio::awaitable<result<>> DockerBuildLimits::keep_following()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     begun_.emplace(co_await asio::this_coro::executor);
@@ -104,8 +93,6 @@ asio::awaitable<void> DockerBuildLimits::follow()
 
 asio::awaitable<void> DockerBuildLimits::limit(std::vector<std::string> containers)
 {
-    if (params_.limits.disk != 0)
-        steps_.insert(containers.begin(), containers.end());
     for (auto const& container : containers) {
         auto arguments = core::limit_container(params_.limits, container);
         if (arguments.empty())
@@ -113,47 +100,6 @@ asio::awaitable<void> DockerBuildLimits::limit(std::vector<std::string> containe
         auto const limited = co_await commands_.docker(std::move(arguments));
         if (!limited) // as a step that has ended meanwhile
             log_.debug(concat("docker: a step of a build has no limits: ", limited.error().message()));
-    }
-}
-
-asio::awaitable<result<>> DockerBuildLimits::keep_measuring()
-{
-    co_await asio::this_coro::throw_if_cancelled(false);
-    Duration counted{};
-    for (;;) {
-        auto const pause = std::max<Duration>(between_looks, 10 * counted);
-        auto const waited = co_await clock_.wait_until(clock_.now() + pause);
-        bool const cancelled = co_await async::is_cancelled(); // commands are not cancellable
-        if (!waited || cancelled)
-            co_return Failure(asio::error::operation_aborted);
-        auto const began = clock_.now();
-        if (!steps_.empty())
-            co_await measure();
-        counted = clock_.now() - began;
-    }
-}
-
-asio::awaitable<void> DockerBuildLimits::measure()
-{
-    auto const looked_at = steps_; // more may come meanwhile
-    auto list = core::list_step_sizes(looked_at);
-    auto const listing = co_await commands_.docker(std::move(list));
-    if (!listing)
-        co_return;
-    auto const sizes = core::read_step_sizes(*listing);
-    for (auto const& step : looked_at) {
-        auto const size = sizes.find(step);
-        bool const runs = size != sizes.end();
-        if (runs && size->second <= params_.limits.disk)
-            continue;
-        steps_.erase(step);
-        if (!runs)
-            continue;
-        log_.warning(LogCause("build"),
-                     concat("docker: a step of a build is killed, since it has written more than ",
-                            std::to_string(params_.limits.disk / 1'000'000), " MB"));
-        std::vector<std::string> kill{"kill", step};
-        (void)co_await commands_.docker(std::move(kill)); // it may have ended meanwhile
     }
 }
 

@@ -12,14 +12,13 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 namespace webots_cloud {
 
 /// While simulations run that build what a project says, follows docker, and limits each step of a build of
-/// this server as soon as it runs. One that writes more than a simulation may is killed.
+/// this server as soon as it runs.
 ///
 /// Lifetime: everything passed by reference must outlive it.
 /// Thread-safety: one executor.
@@ -40,11 +39,8 @@ public:
     boost::asio::awaitable<result<>> run();
 
 private:
-    boost::asio::awaitable<result<>> keep_following();
     boost::asio::awaitable<void> follow();
     boost::asio::awaitable<void> limit(std::vector<std::string> containers);
-    boost::asio::awaitable<result<>> keep_measuring();
-    boost::asio::awaitable<void> measure();
 
     DockerModeParams const& params_;
     DockerCommands const& commands_;
@@ -52,7 +48,6 @@ private:
     Clock& clock_;
     Logger log_;
     std::map<std::string, WallTime> projects_; ///< That may build, and since when.
-    std::set<std::string> steps_;              ///< That run, as far as is known.
     std::unique_ptr<Process> following_;       ///< Null: docker is not followed.
     std::optional<async::Wakeup> begun_;       ///< While `run()` is awaited.
 };

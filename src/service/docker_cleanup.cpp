@@ -2,6 +2,7 @@
 // may be removed is decided by core/docker/docker_leftovers.
 #include "docker_cleanup.hpp"
 
+#include "core/docker/build_images.hpp"
 #include "core/text.hpp"
 
 namespace webots_cloud {
@@ -117,6 +118,32 @@ asio::awaitable<void> DockerCleanup::remove_builds(Arguments containers)
     removal.insert(removal.end(), containers.begin(), containers.end());
     auto const removed = co_await commands_.docker(std::move(removal));
     if (!removed)
+        log_.debug(concat("docker: ", removed.error().message()));
+}
+
+asio::awaitable<void> DockerCleanup::bound_builds(std::set<std::string> in_use)
+{
+    if (params_.config.build_cache == 0)
+        co_return;
+    auto list = core::list_built_ids(params_.identity);
+    auto const listing = co_await commands_.docker(std::move(list));
+    auto const ids = core::image_ids(listing ? *listing : std::string());
+    if (ids.empty())
+        co_return;
+    auto describe = core::describe_images(ids);
+    auto const description = co_await commands_.docker(std::move(describe));
+    auto const images = core::read_images(description ? *description : std::string());
+    auto const beyond = core::images_beyond(images, params_.config.build_cache, in_use);
+    if (beyond.empty())
+        co_return;
+    log_.info(LogCause("build-cache"),
+              concat("docker: removes ", std::to_string(beyond.size()),
+                     " images of builds, since those that are kept take more than ",
+                     std::to_string(params_.config.build_cache >> 20), " MB (\"buildCache\")"));
+    Arguments removal{"rmi", "--no-prune"}; // which would remove what others are built from now
+    removal.insert(removal.end(), beyond.begin(), beyond.end());
+    auto const removed = co_await commands_.docker(std::move(removal));
+    if (!removed) // as those that a container uses, which go next time
         log_.debug(concat("docker: ", removed.error().message()));
 }
 

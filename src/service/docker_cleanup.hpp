@@ -42,6 +42,10 @@ public:
     /// Removes old images that no container uses. Failures are logged.
     boost::asio::awaitable<void> remove_old_images();
 
+    /// Removes what was built first while more is kept of builds than there may be, but nothing that running
+    /// builds have named. Failures are logged.
+    boost::asio::awaitable<void> bound_builds(std::set<std::string> in_use);
+
 private:
     boost::asio::awaitable<result<std::size_t>> remove_once(core::DockerScope const& scope);
     boost::asio::awaitable<result<std::size_t>> remove_kind(core::LeftoverKind kind,

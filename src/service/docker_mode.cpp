@@ -4,6 +4,8 @@
 
 #include "async/first_of.hpp"
 #include "async/wakeup.hpp"
+#include "core/docker/build_images.hpp"
+#include "core/docker/build_limits.hpp"
 #include "core/docker/container_sizes.hpp"
 #include "core/text.hpp"
 #include "docker_build_limits.hpp"
@@ -31,11 +33,15 @@ namespace {
 
 // Docker walks through the files of containers, and of all volumes, to count them.
 constexpr auto between_counts = std::chrono::seconds(10);
+// While a build runs, whose steps may write as fast as the disk takes it.
+constexpr auto between_counts_of_builds = std::chrono::seconds(2);
 
 /// What was counted, and when to count again.
 struct Counted
 {
-    std::uint64_t bytes = 0;
+    WrittenElsewhere written;
+    std::size_t names = 0; ///< Which the build had named when its images were counted.
+    bool runs = false;     ///< There are containers, so nothing is built any more.
     TimePoint due;
 };
 
@@ -51,7 +57,11 @@ struct DockerMode::Impl
     {}
 
     LaunchPlan plan(LaunchSpec const& spec, ContainerProject project) const;
-    asio::awaitable<std::uint64_t> count(std::string const& project);
+    asio::awaitable<WrittenElsewhere> count(std::string const& project);
+    asio::awaitable<std::uint64_t> count_files(core::ContainerSizes const& sizes);
+    asio::awaitable<std::optional<std::uint64_t>> count_images(std::set<std::string> const& names);
+    asio::awaitable<std::uint64_t> count_steps(std::set<std::string> const& names);
+    std::set<std::string> names_in_use() const;
     asio::awaitable<result<>> clean();
     asio::awaitable<void> remove_owed();
 
@@ -63,8 +73,9 @@ struct DockerMode::Impl
     DockerCleanup cleanup;
     DockerBuildLimits build_limits;
     DockerEngine engine;
-    std::map<std::string, Counted> counted; ///< Of projects that were not cleared.
-    std::set<std::string> ended;            ///< Projects whose builds docker may still finish.
+    std::map<std::string, Counted> counted;          ///< Of projects that were not cleared.
+    std::map<std::string, core::BuildRecord> builds; ///< Of the same.
+    std::set<std::string> ended;                     ///< Projects whose builds docker may still finish.
     std::set<std::string> owed; ///< Projects of which something may be left, since docker did not answer.
     std::optional<async::Wakeup> cleared; ///< While `run()` is awaited.
 };
@@ -89,9 +100,8 @@ asio::awaitable<result<>> DockerMode::open()
     if (!impl_->engine.confines_builds)
         impl_->log.warning(
             "Builds of projects may use Docker's own list of system calls, and have capabilities, which "
-            "Docker can't take from a single build: docs/docker.md, \"What a build may do\", says how to "
-            "take "
-            "more from all of them.");
+            "Docker can't take from a single build: docs/docker.md (\"What a build may do\") says what "
+            "helps.");
     co_await open_screen(impl_->params, impl_->commands, impl_->log);
     std::string all_projects;
     auto const removed = co_await impl_->cleanup.remove_leftovers(std::move(all_projects));
@@ -145,6 +155,7 @@ asio::awaitable<result<LaunchPlan>> DockerMode::prepare(LaunchSpec const& spec, 
         co_return project.error();
     bool const builds = project->builds_what_it_says;
     auto plan = impl_->plan(spec, std::move(*project));
+    impl_->builds.try_emplace(plan.project);
     if (builds)
         impl_->build_limits.begin(plan.project);
     co_return plan;
@@ -176,11 +187,43 @@ LaunchPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject proje
     return plan;
 }
 
-asio::awaitable<std::uint64_t> DockerMode::Impl::count(std::string const& project)
+void DockerMode::note(std::string const& project, std::string_view line)
+{
+    if (auto const build = impl_->builds.find(project); build != impl_->builds.end())
+        build->second.read(line);
+}
+
+asio::awaitable<WrittenElsewhere> DockerMode::Impl::count(std::string const& project)
 {
     auto list = core::list_container_sizes(project);
     auto const listing = co_await commands.docker(std::move(list));
     auto const sizes = core::parse_container_sizes(listing ? *listing : std::string());
+    WrittenElsewhere written;
+    written.files = co_await count_files(sizes);
+    auto const known = counted.find(project);
+    auto const build = builds.find(project);
+    if (known == counted.end() || build == builds.end()) // it was cleared meanwhile, or never prepared
+        co_return written;
+    written.images = known->second.written.images;
+    known->second.runs = listing && !core::trim(*listing).empty();
+    auto const names = build->second.names(); // more may come meanwhile
+    if (known->second.runs && known->second.names == names.size())
+        co_return written;
+    if (build->second.is_full()) {
+        written.images = ~std::uint64_t{0};
+        co_return written;
+    }
+    auto const images = co_await count_images(names);
+    if (!images)
+        co_return written;
+    written.images = *images;
+    if (auto const still = counted.find(project); still != counted.end())
+        still->second.names = names.size();
+    co_return written;
+}
+
+asio::awaitable<std::uint64_t> DockerMode::Impl::count_files(core::ContainerSizes const& sizes)
+{
     if (sizes.volumes.empty())
         co_return sizes.bytes;
     auto list_volumes = core::list_volume_sizes();
@@ -188,27 +231,66 @@ asio::awaitable<std::uint64_t> DockerMode::Impl::count(std::string const& projec
     co_return sizes.bytes + core::volume_bytes(volumes ? *volumes : std::string(), sizes.volumes);
 }
 
-asio::awaitable<std::uint64_t> DockerMode::written(std::string project)
+/// What a build has made: its images, and what the step that runs has written. Nothing: docker did not say.
+asio::awaitable<std::optional<std::uint64_t>>
+DockerMode::Impl::count_images(std::set<std::string> const& names)
+{
+    if (names.empty())
+        co_return 0;
+    auto list = core::list_image_ids();
+    auto const listing = co_await commands.docker(std::move(list));
+    auto const ids = core::image_ids(listing ? *listing : std::string(), names);
+    if (ids.empty())
+        co_return std::nullopt;
+    auto describe = core::describe_images(ids);
+    auto const description = co_await commands.docker(std::move(describe));
+    if (!description) // one has been removed meanwhile
+        co_return std::nullopt;
+    auto const images = core::added_bytes(core::read_images(*description));
+    co_return images + co_await count_steps(names);
+}
+
+asio::awaitable<std::uint64_t> DockerMode::Impl::count_steps(std::set<std::string> const& names)
+{
+    auto list = core::list_step_sizes(names);
+    auto const listing = co_await commands.docker(std::move(list));
+    std::uint64_t bytes = 0;
+    for (auto const& [step, size] : core::read_step_sizes(listing ? *listing : std::string()))
+        bytes += size;
+    co_return bytes;
+}
+
+asio::awaitable<WrittenElsewhere> DockerMode::written(std::string project)
 {
     auto const known = impl_->counted.find(project);
     auto const began = impl_->clock.now();
     if (known != impl_->counted.end() && began < known->second.due)
-        co_return known->second.bytes;
+        co_return known->second.written;
     impl_->counted[project].due = began + between_counts;
-    auto const bytes = co_await impl_->count(project);
+    auto const written = co_await impl_->count(project);
     auto const now = impl_->clock.now();
     auto const still = impl_->counted.find(project); // it may have been cleared meanwhile
     if (still != impl_->counted.end()) {
-        still->second.bytes = bytes;
-        still->second.due = std::max<TimePoint>(began + between_counts, now + 10 * (now - began));
+        auto const pause = still->second.runs ? between_counts : between_counts_of_builds;
+        still->second.written = written;
+        still->second.due = std::max<TimePoint>(began + pause, now + 10 * (now - began));
     }
-    co_return bytes;
+    co_return written;
 }
 
 void DockerMode::forget(std::string const& project) noexcept
 {
     impl_->counted.erase(project);
+    impl_->builds.erase(project);
     impl_->build_limits.end(project);
+}
+
+std::set<std::string> DockerMode::Impl::names_in_use() const
+{
+    std::set<std::string> names;
+    for (auto const& [project, build] : builds)
+        names.insert(build.names().begin(), build.names().end());
+    return names;
 }
 
 asio::awaitable<void> DockerMode::clear(std::string project)
@@ -226,6 +308,7 @@ asio::awaitable<void> DockerMode::clear(std::string project)
         impl_->cleared->notify();
     }
     co_await impl_->cleanup.remove_old_images();
+    co_await impl_->cleanup.bound_builds(impl_->names_in_use());
 }
 
 } // namespace webots_cloud

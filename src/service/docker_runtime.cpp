@@ -21,13 +21,14 @@ public:
 
     asio::awaitable<void> clear(LaunchPlan const& plan) override { return docker_.clear(plan.project); }
 
-    asio::awaitable<std::uint64_t> written_elsewhere(LaunchPlan const& plan) override
+    asio::awaitable<WrittenElsewhere> written_elsewhere(LaunchPlan const& plan) override
     {
         return docker_.written(plan.project);
     }
 
-    PrintedLine read(std::string_view line, LaunchPlan const& plan) const override
+    PrintedLine read(std::string_view line, LaunchPlan const& plan) override
     {
+        docker_.note(plan.project, line);
         PrintedLine printed;
         printed.line = core::parse_compose_line(line, plan.project);
         printed.is_progress = core::is_progress(line);

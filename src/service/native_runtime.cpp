@@ -41,7 +41,7 @@ public:
 
     asio::awaitable<void> clear(LaunchPlan const&) override { co_return; }
 
-    PrintedLine read(std::string_view line, LaunchPlan const&) const override
+    PrintedLine read(std::string_view line, LaunchPlan const&) override
     {
         PrintedLine printed;
         printed.line = core::ComposeLine(core::ComposeLine::Source::webots, line);

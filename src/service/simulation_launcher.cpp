@@ -143,7 +143,10 @@ public:
         return plan_.job.empty() ? process_->usage() : known_usage(job_usage_);
     }
 
-    asio::awaitable<std::uint64_t> written_elsewhere() override { return runtime_.written_elsewhere(plan_); }
+    asio::awaitable<WrittenElsewhere> written_elsewhere() override
+    {
+        return runtime_.written_elsewhere(plan_);
+    }
 
 private:
     TimePoint next_deadline() const;
@@ -396,8 +399,7 @@ void RunningSimulation::on_line(std::string_view line)
 void RunningSimulation::note_words_of_compose(std::string_view line)
 {
     constexpr std::string_view killed =
-        "A step of the build failed, since it was killed: each may use as much "
-        "memory and disk as a simulation. ";
+        "A step of the build failed, since it was killed: each may use as much memory as a simulation. ";
     if (core::is_build_summary(line))
         return;
     last_words_.add(

@@ -137,7 +137,6 @@ asio::awaitable<void> SimulationSession::look_at_folder(FolderMeter& meter)
     if (!simulation_)
         co_return;
     auto const elsewhere = co_await simulation_->written_elsewhere();
-    use.bytes += elsewhere;
     auto const now = context_.clock.now();
     // A tenth of the time of one thread; more only while there is little room for others.
     bool const is_urgent = use.free_bytes < 2 * limits.disk;
@@ -145,7 +144,8 @@ asio::awaitable<void> SimulationSession::look_at_folder(FolderMeter& meter)
     if (!simulation_ || life_.state() == Life::State::exited) // it may have ended meanwhile
         co_return;
     core::Consumption used;
-    used.disk = use.bytes;
+    used.disk = use.bytes + elsewhere.files;
+    used.images = elsewhere.images;
     used.too_many_files = use.too_many_files;
     if (auto const limit = core::overrun(limits, used))
         simulation_->terminate_at(*limit);

@@ -49,12 +49,15 @@ public:
     /// Cancellation: none.
     virtual boost::asio::awaitable<void> clear(LaunchPlan const& plan) = 0;
 
-    /// The bytes that the simulator has written outside of the instance directory.
+    /// What was written outside of the instance directory.
     ///
     /// Cancellation: none.
-    virtual boost::asio::awaitable<std::uint64_t> written_elsewhere(LaunchPlan const&) { co_return 0; }
+    virtual boost::asio::awaitable<WrittenElsewhere> written_elsewhere(LaunchPlan const&)
+    {
+        co_return WrittenElsewhere();
+    }
 
-    virtual PrintedLine read(std::string_view line, LaunchPlan const& plan) const = 0;
+    virtual PrintedLine read(std::string_view line, LaunchPlan const& plan) = 0;
 
     /// Whether a simulator that has loaded its world certainly listens on its own port, so that it need not
     /// be looked for.

@@ -79,7 +79,7 @@ public:
         co_return;
     }
 
-    PrintedLine read(std::string_view line, LaunchPlan const& plan) const override
+    PrintedLine read(std::string_view line, LaunchPlan const& plan) override
     {
         return native_->read(line, plan);
     }

@@ -373,7 +373,7 @@ void StatusEndpoints::write_consumption(core::MetricsText& text) const
     text.family(core::metric("simulations_processes")).add(processes);
     text.family(core::metric("simulations_processors")).add(processors);
     text.family(core::metric("simulations_over_limit_total"));
-    for (auto const limit : {Limit::memory, Limit::processes, Limit::disk}) {
+    for (auto const limit : {Limit::memory, Limit::processes, Limit::disk, Limit::build}) {
         auto const found = context_.overruns.find(limit);
         text.add(found == context_.overruns.end() ? 0 : static_cast<double>(found->second),
                  {{"limit", core::label_of(limit)}});

@@ -60,6 +60,15 @@ def setUpModule():
     git.add_repository("o", "slow", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN sleep 1000\n"})
     line = 1000 * "x"
     git.add_repository("o", "greedy", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN while echo {line}; do :; done >/loot\n"})
+    some = f"RUN i=0; while [ $i -lt 8000 ]; do echo {line}; i=$((i+1)); done >/loot"
+    wait = "RUN sleep 1000\n"
+    git.add_repository("o", "layered", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\n" +
+                                        "".join(f"{some}{each}\n" for each in range(3)) + wait})
+    git.add_repository("o", "copied", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04 AS first\n{some}\n"
+                                       f"FROM {IMAGES}:R2025a-ubuntu22.04\n" +
+                                       "".join(f"COPY --from=first /loot /loot{each}\n" for each in range(3)) + wait})
+    git.add_repository("o", "large", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\n{some}\n"
+                                      "COPY . /usr/local/webots-project\n"})
     git.add_repository("o", "exposed", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nEXPOSE 22 1000-1010 3000/udp\n"
                                         "COPY . /usr/local/webots-project\n"})
     git.add_repository("o", "injection", {"worlds/a$(touch x).wbt": "#VRML_SIM R2025a utf8\n"})
@@ -309,15 +318,27 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 wait_until(lambda: limits() == [(50, 100 << 20)], "the build has no limits")
             self.check_clean(simulation)
 
-    async def test_a_step_of_a_build_that_writes_too_much_ends_with_its_build(self):
-        with server(projectDockerfiles=True, simulationDisk=20) as simulation:
+    async def test_a_build_whose_steps_write_too_much_ends(self):
+        for repository in ("greedy", "layered", "copied"):  # in one step, in several, by copies of a stage's files
+            with self.subTest(repository), server(projectDockerfiles=True, simulationDisk=20) as simulation:
+                async with Browser(simulation) as browser:
+                    await browser.start(world(repository))
+                    await browser.hear_all()
+                    self.assertTrue(browser.told[-1].startswith("loading: Error: The steps that build the project made images of more "
+                                                                "than 20 MB together, "), browser.told[-1])
+                self.check_clean(simulation)
+
+    async def test_what_is_kept_of_builds_has_a_limit(self):
+        def kept():
+            return docker.run("images", "--all", "--quiet", "--no-trunc", "--filter", "label=webots_cloud.server").split()
+        before = kept()
+        with server(projectDockerfiles=True, buildCache=0.001) as simulation:
             async with Browser(simulation) as browser:
-                await browser.start(world("greedy"))
-                await browser.hear_all()
-                self.assertTrue(browser.told[-1].startswith("loading: Error: Unable to start Webots: "), browser.told[-1])
-                self.assertIn("each may use as much memory and disk as a simulation", browser.told[-1])
+                await self.start(browser, world("large"))
+                self.assertGreater(len(set(kept()) - set(before)), 1)
             self.check_clean(simulation)
-            self.assertIn("it has written more than 20 MB", simulation.log())
+            wait_until(lambda: set(kept()) <= set(before), lambda: f"{kept()} {simulation.log()[-2000:]}")
+            self.assertIn('("buildCache")', simulation.log())
 
     async def test_a_dockerfile_of_a_project_reaches_nothing_while_it_is_built(self):
         for settings, network in (({}, "none"), ({"buildNetwork": True}, "default")):

@@ -243,6 +243,14 @@ constexpr std::array simulation_programs{
               .text = "`true`: builds of projects' Dockerfiles, those of competitions among them, reach what "
                       "Docker's network reaches, see "
                       "[docs/docker.md](docs/docker.md#what-a-build-reaches)"},
+    ConfigKey{.name = "buildCache",
+              .value = member<&SimulationConfig::containers, &DockerConfig::build_cache>,
+              .text =
+                  "what may be kept of builds of images, so that the next ones are fast; 0: all of it, see "
+                  "[docs/docker.md](docs/docker.md#what-is-removed)",
+              .unit = "gigabytes",
+              .max = max_gigabytes,
+              .least = 0.001},
     ConfigKey{.name = "persistantDockerImages",
               .value = member<&SimulationConfig::containers, &DockerConfig::persistent_images>,
               .text = "old images are removed, except for these (`repository:tag`)",
@@ -297,12 +305,14 @@ constexpr std::array simulation_walls{
               .text = "files that each process of a simulation may have open; 0: no limit",
               .max = max_limit,
               .least = 64},
-    ConfigKey{.name = "simulationDisk",
-              .value = member<&SimulationConfig::limits, &LimitsConfig::disk>,
-              .text = "disk space that the folder of one simulation may take; 0: no limit",
-              .unit = "megabytes",
-              .max = max_limit,
-              .least = 0.1},
+    ConfigKey{
+        .name = "simulationDisk",
+        .value = member<&SimulationConfig::limits, &LimitsConfig::disk>,
+        .text =
+            "disk space that the folder of one simulation may take, and in containers its build; 0: no limit",
+        .unit = "megabytes",
+        .max = max_limit,
+        .least = 0.1},
 };
 
 constexpr std::array simulation_visitors{

@@ -48,6 +48,8 @@ std::optional<Limit> overrun(ProcessLimits const& limits, Consumption const& use
         return Limit::processes;
     if (limits.disk > 0 && (used.disk > limits.disk || used.too_many_files))
         return Limit::disk;
+    if (limits.disk > 0 && used.images > limits.disk)
+        return Limit::build;
     return std::nullopt;
 }
 
@@ -64,6 +66,8 @@ Failure overrun_failure(Limit limit, ProcessLimits const& limits, std::string_vi
                        {{"max", std::to_string(limits.memory >> 20)}, {"key", memory_key}});
     case Limit::processes:
         return refused(Refused::process_overrun, {{"max", std::to_string(limits.processes)}});
+    case Limit::build:
+        return refused(Refused::build_overrun, {{"max", std::to_string(limits.disk >> 20)}});
     case Limit::disk:
         break;
     }
@@ -77,6 +81,8 @@ std::string_view label_of(Limit limit) noexcept
         return "memory";
     case Limit::processes:
         return "processes";
+    case Limit::build:
+        return "build";
     case Limit::disk:
         break;
     }

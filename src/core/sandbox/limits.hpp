@@ -27,6 +27,7 @@ struct Consumption
     std::uint64_t memory_kills = 0;  ///< Processes that the kernel killed for it, at the limit of memory.
     std::uint64_t refused_forks = 0; ///< Processes that the kernel has not started for it, at that limit.
     std::uint64_t disk = 0;          ///< Bytes.
+    std::uint64_t images = 0;        ///< Bytes, of its build.
     bool too_many_files = false;     ///< In its folder: more than are counted, or too deep in folders.
 };
 

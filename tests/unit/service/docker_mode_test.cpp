@@ -550,40 +550,120 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     fixture.world.run(running.join());
 }
 
-// Issue 43, line 7.
-BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_writes_too_much_is_killed)
+/// As docker numbers images.
+std::string image_id(char digit)
 {
-    auto params = docker_params();
-    params.limits.disk = 10'000'000;
-    Fixture fixture(params);
+    return concat("sha256:", std::string(64, digit));
+}
+
+// Issue 43, line 7.
+BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simulation)
+{
+    Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
     fixture.open();
-    fixture.files.texts[std::string(root) + "/Makefile"] = "all:\n";
-    fixture.expect_commands(2);
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(fixture.run_docker());
-    fixture.world.advance(60s);
-    fixture.processes.expect().after(20s).prints("The command 'x' returned a non-zero code: 137\n").exits(1);
-    fixture.processes.expect().after(1s).prints("0a\t\"\"\n0b\t\"\"\n"); // docker events
-    fixture.expect_commands(1, "0a\t9.9MB (virtual 1GB)\n0b\t1MB (virtual 1GB)\n");
-    fixture.expect_commands(1, "0a\t10.1MB (virtual 1GB)\n"); // the other one has ended
-    fixture.expect_commands(1);
-    fixture.expect_commands(looks + 3);
+    fixture.processes.expect().prints("Step 1/9 : FROM x\n ---> aaaaaaaaaaaa\n ---> bbbbbbbbbbbb\n"
+                                      " ---> Running in cccccccccccc\n");
+    auto const ids = concat(image_id('a'), "\n", image_id('b'), "\n", image_id('d'), "\n");
+    auto const images =
+        concat(image_id('a'), "\t\t900000000\t1\n", image_id('b'), "\t", image_id('a'), "\t906000000\t2\n");
+    for (auto const* step :
+         {"cccccccccccc\t3.9MB (virtual 910MB)\n", "cccccccccccc\t4.1MB (virtual 910MB)\n"}) {
+        fixture.expect_commands(1); // no containers
+        fixture.expect_commands(1, ids);
+        fixture.expect_commands(1, images);
+        fixture.expect_commands(1, step);
+    }
+    fixture.expect_commands(looks);
     auto& browser = fixture.start();
-    fixture.world.advance(80s);
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(webots_cloud::run(fixture.service));
+    fixture.world.advance(1s);
+    BOOST_TEST(!browser.close_code.has_value());
+    fixture.world.advance(3s);
     auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() >= 7u);
-    BOOST_TEST(lines.at(4) ==
-               "/bin/docker ps --no-trunc --size --format {{.ID}}\t{{.Size}} --filter id=0a --filter id=0b");
-    BOOST_TEST(lines.at(5) == lines.at(4));
-    BOOST_TEST(lines.at(6) == "/bin/docker kill 0a");
-    BOOST_TEST(std::count_if(lines.begin(), lines.end(), [](std::string const& line) {
-                   return line.starts_with("/bin/docker ps --no-trunc --size");
-               }) == 2);
-    BOOST_TEST(fixture.log.contains("it has written more than 10 MB"));
-    BOOST_TEST(browser.sent.back().find("since it was killed: each may use as much memory and disk") !=
-               std::string::npos);
+    BOOST_TEST_REQUIRE(lines.size() == 1u + 2 * 4u + looks);
+    BOOST_TEST(lines.at(2) == "/bin/docker images --all --quiet --no-trunc");
+    BOOST_TEST(lines.at(3).ends_with(concat(" ", image_id('a'), " ", image_id('b'))));
+    BOOST_TEST(lines.at(4).ends_with(" --filter id=cccccccccccc"));
+    BOOST_TEST(
+        browser.sent.back() ==
+        "loading: Error: The steps that build the project made images of more than 9 MB together, which "
+        "is the limit of a simulation on this server. Its operator can raise \"simulationDisk\".");
     running.cancel_all();
     fixture.world.run(running.join());
+}
+
+BOOST_AUTO_TEST_CASE(what_was_built_is_counted_once_more_when_the_containers_are_there_and_not_again)
+{
+    Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
+    fixture.open();
+    fixture.processes.expect().prints(" ---> bbbbbbbbbbbb\nwebots-1  | .\n");
+    constexpr auto containers = "1MB (virtual 1GB)\t\n";
+    fixture.expect_commands(1, containers);
+    fixture.processes.expect().prints("Cannot connect to the Docker daemon.\n").exits(1);
+    fixture.expect_commands(1, containers);
+    fixture.expect_commands(1, image_id('b'));
+    fixture.expect_commands(1, concat(image_id('b'), "\t\t1\t2\n"));
+    fixture.expect_commands(1);
+    fixture.expect_commands(1, containers);
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(webots_cloud::run(fixture.service));
+    fixture.world.advance(25s);
+    BOOST_TEST(fixture.run().size() == 1u + 2u + 4u + 1u);
+    fixture.leave(browser);
+    running.cancel_all();
+    fixture.world.run(running.join());
+}
+
+BOOST_AUTO_TEST_CASE(a_build_that_names_more_than_any_build_makes_is_ended)
+{
+    Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
+    fixture.open();
+    std::string flood;
+    for (int number = 0; number <= 2000; ++number)
+        flood += concat(" ---> ", std::to_string(100'000'000'000 + number), "\n");
+    fixture.processes.expect().prints(flood);
+    fixture.expect_commands(1 + looks);
+    auto& browser = fixture.start();
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(webots_cloud::run(fixture.service));
+    fixture.world.advance(1s);
+    BOOST_TEST(
+        browser.sent.back().starts_with("loading: Error: The steps that build the project made images "),
+        browser.sent.back());
+    running.cancel_all();
+    fixture.world.run(running.join());
+}
+
+BOOST_AUTO_TEST_CASE(what_is_kept_of_builds_has_a_limit_and_nothing_goes_that_a_running_build_has_named)
+{
+    auto params = docker_params();
+    params.config.build_cache = 1 << 20;
+    Fixture fixture(params);
+    fixture.open();
+    fixture.processes.expect().prints(" ---> cccccccccccc\nwebots-1  | .\n");
+    fixture.processes.expect().prints("webots-1  | .\n");
+    fixture.expect_commands(looks);
+    fixture.expect_commands(1, concat(image_id('a'), "\n", image_id('b'), "\n", image_id('c'), "\n"));
+    fixture.expect_commands(1, concat(image_id('a'), "\t\t900000000\t1\n", image_id('b'), "\t", image_id('a'),
+                                      "\t902000000\t2\n", image_id('c'), "\t", image_id('a'),
+                                      "\t902000000\t1\n"));
+    fixture.processes.expect().prints("conflict: unable to delete\n").exits(1);
+    fixture.start();
+    auto& browser = fixture.start();
+    fixture.leave(browser);
+    auto const lines = fixture.run();
+    BOOST_TEST_REQUIRE(lines.size() == 2u + looks + 3u);
+    BOOST_TEST(lines.at(6) == "/bin/docker images --all --quiet --no-trunc --filter "
+                              "label=webots_cloud.server=webots-2000-1f3a9c4d");
+    BOOST_TEST(lines.at(8) == concat("/bin/docker rmi --no-prune ", image_id('b')));
+    BOOST_TEST(fixture.log.contains("docker: removes 1 images of builds, since those that are kept take more "
+                                    "than 1 MB (\"buildCache\")"));
+    fixture.expect_commands(looks);
+    fixture.expect_commands(1); // nothing is kept
+    fixture.leave(*fixture.browsers.front());
 }
 
 BOOST_AUTO_TEST_CASE(docker_is_not_followed_for_a_project_that_has_nothing_run)
@@ -677,13 +757,13 @@ BOOST_AUTO_TEST_CASE(what_lies_in_volumes_counts_too_and_a_docker_that_does_not_
     fixture.open();
     fixture.expect_commands(1, "1MB (virtual 1GB)\tvolume1,volume2\n");
     fixture.processes.expect().after(2s).prints("volume1\t2MB\nother\t1GB\nvolume2\t500kB\n").exits(0);
-    BOOST_TEST(fixture.world.run(fixture.docker.written(project)) == 3'500'000u);
+    BOOST_TEST(fixture.world.run(fixture.docker.written(project)).files == 3'500'000u);
     BOOST_TEST(fixture.run().at(1).starts_with("/bin/docker system df --verbose --format "));
     fixture.world.advance(19s); // it takes long: not so often
-    BOOST_TEST(fixture.world.run(fixture.docker.written(project)) == 3'500'000u);
+    BOOST_TEST(fixture.world.run(fixture.docker.written(project)).files == 3'500'000u);
     BOOST_TEST(fixture.run().size() == 2u);
     fixture.processes.expect().prints("Cannot connect to the Docker daemon.\n").exits(1);
-    BOOST_TEST(fixture.world.run(fixture.docker.written("other")) == 0u);
+    BOOST_TEST(fixture.world.run(fixture.docker.written("other")).files == 0u);
 }
 
 BOOST_AUTO_TEST_CASE(the_operators_list_of_system_calls_lies_beside_the_project)

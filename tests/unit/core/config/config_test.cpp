@@ -488,6 +488,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
 {
     auto const config = parse_simulation_config("{}", "/etc/c.json").value().config;
     BOOST_TEST((config.launching.start_timeout == std::chrono::seconds(300)));
+    BOOST_TEST(config.containers.build_cache == std::uint64_t{20} << 30);
     BOOST_TEST(!config.service.reconnect_grace);
     BOOST_TEST(!config.service.reference_load);
     BOOST_TEST((config.simulation_log_keep == std::chrono::hours(24 * 7)));
@@ -817,6 +818,8 @@ BOOST_AUTO_TEST_CASE(shapes_units_and_other_names_of_keys_of_the_simulation_serv
         {R"("docker":false)", [](auto const& c) { return !c.containers.persistent_images; }},
         {R"("dockerDir":"/d")", [](auto const& c) { return c.containers.directory == "/d"; }},
         {R"("dockerDir":"d")", [](auto const& c) { return c.containers.directory.filename() == "d"; }},
+        {R"("buildCache":0.5)",
+         [](auto const& c) { return c.containers.build_cache == std::uint64_t{1} << 29; }},
         {R"("reconnectGrace":1.5)",
          [](auto const& c) { return c.service.reconnect_grace == std::chrono::milliseconds(1500); }},
         {R"("reconnectGrace":0)",

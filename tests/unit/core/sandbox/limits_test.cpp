@@ -89,6 +89,12 @@ BOOST_AUTO_TEST_CASE(each_limit_is_overrun_by_more_than_it_allows)
     ++more.disk;
     BOOST_TEST((overrun(limits, more) == Limit::disk));
     more = used;
+    more.images = limits.disk;
+    BOOST_TEST(!overrun(limits, more));
+    ++more.images;
+    BOOST_TEST((overrun(limits, more) == Limit::build));
+    BOOST_TEST(!overrun(ProcessLimits(), more));
+    more = used;
     more.too_many_files = true;
     BOOST_TEST((overrun(limits, more) == Limit::disk));
 }
