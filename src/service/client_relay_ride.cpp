@@ -343,9 +343,10 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
     request.elsewhere = machine->spec.elsewhere;
     // The machine answers with an address that this browser can reach, and counts for this browser.
     auto below_us = hooks_.public_address ? hooks_.public_address(ride.entry, browser.host) : std::string();
-    if (!below_us.empty()) {
+    if (!below_us.empty())
         request.headers.emplace_back(core::public_address_header, std::move(below_us));
-    } else if (!internal.empty()) {
+    // One with a path of its own is called by the name that polls use.
+    if (!internal.empty() && !machine->spec.has_own_path) {
         bool const has_name = !ride.entry.starts_with(core::asked_name);
         request.headers.emplace_back("Host", has_name ? std::string(authority_of(ride.entry)) : browser.host);
     }

@@ -158,10 +158,12 @@ struct SessionService::Impl final : FleetObserver
     bool relays(IncomingRequest const& request) const;
     std::string own_address(std::string_view host) const;
     std::string own_base(std::string_view host) const;
+    std::string_view path_below_us(std::string_view server) const;
     std::string public_address(std::string_view server, std::string_view host) const;
     Answer client_without_upgrade(IncomingRequest const& request);
     HttpResponse too_many_asked(Duration wait) const;
     core::ForwardingTable const& forwarding_table();
+    std::string path_of_machine(std::string_view path) const;
     std::optional<Answer> pass_on(IncomingRequest const& request);
     std::optional<Answer> pass_on_below(IncomingRequest const& request) const;
     static Forward to_machine(core::ForwardTarget target);
@@ -427,10 +429,21 @@ std::string SessionService::Impl::address_of(std::string_view server, std::strin
                : concat(scheme, core::machine_reached_at(server, host));
 }
 
-/// Of a machine that is reached below this server: where. Empty: browsers reach it without us.
+/// Of a machine that is reached below this server's own address. Empty: its entry says where it is.
+std::string_view SessionService::Impl::path_below_us(std::string_view server) const
+{
+    auto path = paths.empty() ? std::string_view() : paths.path_of(server);
+    if (!path.empty() || !params.config.gateway)
+        return path;
+    path = core::path_at_own_port(params.address, server);
+    auto const* const machine = path.empty() ? nullptr : fleet.find(server);
+    return machine && !machine->spec.internal_address.empty() ? path : std::string_view();
+}
+
+/// The same as an address. Empty: browsers reach it without us.
 std::string SessionService::Impl::public_address(std::string_view server, std::string_view host) const
 {
-    auto const path = paths.empty() ? std::string_view() : paths.path_of(server);
+    auto const path = path_below_us(server);
     return path.empty() ? std::string() : concat(own_base(host), path);
 }
 
@@ -463,8 +476,8 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
         update_availability(now);
         return session_error(core::Refused::no_machine);
     }
-    bool const asks_host = placement->address.starts_with(core::asked_name) ||
-                           (!paths.empty() && !paths.path_of(placement->address).empty());
+    bool const asks_host =
+        placement->address.starts_with(core::asked_name) || !path_below_us(placement->address).empty();
     std::string const asked(asks_host ? host() : std::string_view());
     if (seat != core::SeatRequest::unknown)
         classes.take_seat(token, seat, student_machine(placement->address, asked), now);
@@ -477,7 +490,7 @@ core::StudentMachine SessionService::Impl::student_machine(std::string_view entr
                                                            std::string_view host) const
 {
     core::StudentMachine machine;
-    auto const path = paths.path_of(entry);
+    auto const path = path_below_us(entry);
     machine.entry = path.empty() ? std::string(entry) : concat(core::asked_name, path);
     machine.reached_at = address_of(entry, host);
     // The gateway passes on what is below a machine's port or path, and no other ports.
@@ -848,6 +861,16 @@ core::ForwardingTable const& SessionService::Impl::forwarding_table()
     return *forwarding;
 }
 
+/// `/2000` of the path `/2000/client`, where `path_below_us` has that for a machine; empty otherwise.
+std::string SessionService::Impl::path_of_machine(std::string_view path) const
+{
+    auto const split = core::split_port_path(path);
+    if (!split || params.address.port_rewrite)
+        return {};
+    auto const entry = concat(params.address.host, "/", std::to_string(split->port));
+    return std::string(path_below_us(entry));
+}
+
 /// To the simulation server whose port the path begins with.
 std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& request)
 {
@@ -857,6 +880,10 @@ std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& reque
     if (!target)
         return pass_on_below(request);
     auto forward = to_machine(std::move(*target));
+    // A machine with our name knows our port from us alone.
+    if (auto const path = path_of_machine(request.path); !path.empty())
+        forward.headers.emplace_back(core::public_address_header,
+                                     concat(own_base(request.header("Host")), path));
     if (forward.kind == UpstreamKind::simulation) // as a simulation server's gateway says of them
         forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
     return forward;

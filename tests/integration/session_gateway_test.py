@@ -118,6 +118,18 @@ class OnePort(Site):
             self.assertIn("<h1>", self.fetch(f"/{machine.port}/monitor")[1])
         self.assertIn("<html", self.fetch("/viewer/")[1])
 
+    async def test_a_site_at_an_unusual_port_needs_its_name_alone(self):
+        """As config/*/tls.json, of which one changes only "port"."""
+        machine = self.machine(server="localhost")
+        entry = {"address": f"localhost/{machine.port}", "internal": f"127.0.0.1:{machine.port}"}
+        for relay in (False, True):
+            session = self.session(entry, server="localhost", relay=relay)
+            place = session.get("/session")
+            self.assertEqual(place, f"wss://{self.host}" if relay else f"wss://{self.host}/{machine.port}")
+            for mode in ("mjpeg", "w3d"):
+                self.assertRegex(await self.visit(mode, place), rf"^wss://{self.host}/{machine.port}/simulation/[a-z]{{28}}/\d+$")
+            session.stop()
+
     async def test_tickets_go_through_it_too(self):
         file = os.path.join(self.folder, "secret")
         with open(file, "w") as secret:

@@ -8,6 +8,7 @@
 #include <boost/url/parse.hpp>
 
 #include <algorithm>
+#include <cstdint>
 
 namespace webots_cloud::core {
 namespace {
@@ -42,6 +43,17 @@ std::string machine_reached_at(std::string_view machine, std::string_view host)
         return std::string(machine);
     machine.remove_prefix(asked_name.size());
     return concat(host_of(host, machine.starts_with('/') ? Port::kept : Port::dropped), machine);
+}
+
+std::string_view path_at_own_port(PublicAddress const& own, std::string_view machine) noexcept
+{
+    constexpr std::uint16_t https = 443;
+    constexpr std::uint16_t http = 80;
+    bool const is_usual_port = own.port == (own.ssl ? https : http);
+    if (own.port_rewrite || is_usual_port || own.host.empty() || !machine.starts_with(own.host))
+        return {};
+    machine.remove_prefix(own.host.size());
+    return machine.starts_with('/') ? machine : std::string_view();
 }
 
 std::string own_authority(PublicAddress const& address, std::vector<std::string> const& names,

@@ -1059,6 +1059,36 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     BOOST_TEST(fixture.get("/2000/client").status == 404);
 }
 
+BOOST_AUTO_TEST_CASE(visitors_of_an_unusual_port_are_sent_to_machines_at_that_port)
+{
+    SessionServiceParams params;
+    params.config.gateway = true;
+    params.address.host = "sim.example.org";
+    params.address.port = 8443;
+    params.address.port_rewrite = false;
+    Fixture fixture(params);
+    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
+    fixture.start({});
+    ServerSpec server("sim.example.org/2000");
+    server.internal_address = "10.0.0.2:2000";
+    fixture.fleet.set({server});
+    fixture.world.settle();
+    std::array<std::pair<std::string_view, std::string_view>, 1> const host{
+        {{"Host", "sim.example.org:8443"}}};
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/session";
+    request.headers = host;
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).body ==
+               "wss://sim.example.org:8443/2000");
+    // The machine itself does not know that port.
+    request.path = "/2000/client";
+    auto const forward = std::get<Forward>(fixture.service.respond(request));
+    HttpHeaders const told{{"Webots-Cloud-Untrusted", "1"},
+                           {"Webots-Cloud-Address", "wss://sim.example.org:8443/2000"}};
+    BOOST_TEST((forward.headers == told));
+}
+
 BOOST_AUTO_TEST_CASE(the_gateway_knows_machines_that_come_and_go_one_by_one)
 {
     SessionServiceParams params;

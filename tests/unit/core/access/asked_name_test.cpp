@@ -32,6 +32,23 @@ BOOST_AUTO_TEST_CASE(one_without_is_reached_where_it_was_asked)
     BOOST_TEST(machine_reached_at("*:2000", "teacher.local:1999") == "teacher.local:2000");
 }
 
+BOOST_AUTO_TEST_CASE(a_machine_with_our_name_is_found_at_our_port)
+{
+    PublicAddress own = address("sim.example.org", false);
+    own.port = 8443;
+    own.ssl = true;
+    BOOST_TEST(path_at_own_port(own, "sim.example.org/2000") == "/2000");
+    BOOST_TEST(path_at_own_port(own, "other.example.org/2000").empty());
+    BOOST_TEST(path_at_own_port(own, "sim.example.org.evil/2000").empty());
+    BOOST_TEST(path_at_own_port(own, "sim.example.org:2000").empty(), "at a port of its own");
+    own.port = 443;
+    BOOST_TEST(path_at_own_port(own, "sim.example.org/2000").empty(), "the entry says it");
+    own.ssl = false;
+    BOOST_TEST(path_at_own_port(own, "sim.example.org/2000") == "/2000", "of http it is another");
+    own.port_rewrite = true;
+    BOOST_TEST(path_at_own_port(own, "sim.example.org/2000").empty(), "the port is the proxy's");
+}
+
 BOOST_AUTO_TEST_CASE(what_is_no_host_is_not_repeated)
 {
     for (auto const* host : {"", "a b", "user@pc7", "pc7/x", "pc7\r\nX: y", ":80"})
