@@ -162,6 +162,21 @@ asio::awaitable<MachineTrial> try_machine(SimulationConfig const& config, TrialC
     co_return trial;
 }
 
+std::string walls_warning(MachineTrial const& trial)
+{
+    std::vector<std::string> sentences{trial.isolation_warning, trial.sandbox.warning};
+    bool const wants_another = !trial.user.problem.empty() || trial.user.user.is_other();
+    if (::geteuid() == 0 && wants_another && !trial.sandbox.params.user.is_other())
+        sentences.push_back(concat("Simulations run as root, since no other user can be had",
+                                   trial.user.problem.empty() ? "" : ": ", trial.user.problem,
+                                   " (docs/sandboxes.md, \"Another user\")."));
+    std::erase(sentences, std::string());
+    std::string text;
+    for (auto const& sentence : sentences)
+        text += concat(text.empty() ? "" : " ", sentence);
+    return text;
+}
+
 std::string describe_confinement(MachineTrial const& trial)
 {
     auto text = trial.sandbox.description;

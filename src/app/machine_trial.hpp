@@ -63,6 +63,10 @@ struct MachineTrial
 boost::asio::awaitable<MachineTrial> try_machine(SimulationConfig const& config, TrialContext context,
                                                  ProcessHost& processes, Clock& clock);
 
+/// What of the walls around simulations is weaker than the configuration lets people expect: sentences, for
+/// the monitor page, `/readyz` and whoever starts the server. Empty: nothing is.
+std::string walls_warning(MachineTrial const& trial);
+
 /// How simulations are confined, for the monitor page: sandbox and user.
 std::string describe_confinement(MachineTrial const& trial);
 

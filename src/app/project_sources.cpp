@@ -25,7 +25,7 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
     std::vector<Forge> forges;
     for (auto const& forge : config.forges) {
         if (forge.directory.empty()) {
-            forges.emplace_back(forge.url, for_users(git(executor, config, log)));
+            forges.emplace_back(forge.url, for_users(git(executor, config, machine, log)));
             continue;
         }
         owned_.push_back(make_directory_source(forge.directory));
@@ -55,11 +55,11 @@ ProjectSource& ProjectSources::for_users(ProjectSource& source)
 }
 
 ProjectSource& ProjectSources::git(asio::any_io_executor const& executor, SimulationConfig const& config,
-                                   Logger const& log)
+                                   SimulationMachine const& machine, Logger const& log)
 {
     if (!git_) {
         GitSourceParams params;
-        params.cache = cache_folder(config);
+        params.cache = machine.cache;
         params.cache_bytes = config.cache_bytes;
         params.instances = instances_;
         params.authorities = config.ca_file;

@@ -36,7 +36,7 @@ public:
 private:
     ProjectSource& for_users(ProjectSource& source);
     ProjectSource& git(boost::asio::any_io_executor const& executor, SimulationConfig const& config,
-                       Logger const& log);
+                       SimulationMachine const& machine, Logger const& log);
 
     std::shared_ptr<SubordinateUsers> users_;
     std::filesystem::path instances_;

@@ -8,26 +8,36 @@ namespace webots_cloud::app {
 
 namespace fs = std::filesystem;
 
-fs::path cache_folder(SimulationConfig const& config)
-{
-    auto base = fs::path(environment("XDG_CACHE_HOME"));
-    if (base.empty() && !environment("HOME").empty())
-        base = fs::path(environment("HOME")) / ".cache";
-    if (base.empty())
-        base = temporary_folder();
-    return base / "webots_cloud" / std::to_string(config.address.port);
-}
+namespace {
 
-std::vector<core::StateFolder> state_folders(SimulationConfig const& config)
+core::StateFolderContext folder_context(SimulationConfig const& config)
 {
     core::StateFolderContext context;
     context.configured = absolute_path(config.state_dir);
     context.state_directory = environment("STATE_DIRECTORY");
     context.xdg_state_home = environment("XDG_STATE_HOME");
+    context.xdg_cache_home = environment("XDG_CACHE_HOME");
     context.home = environment("HOME");
     context.temporary = temporary_folder();
     context.user = ::getuid();
-    return core::state_folders(context);
+    return context;
+}
+
+} // namespace
+
+fs::path cache_folder(SimulationConfig const& config, fs::path const& state)
+{
+    return core::cache_folder(folder_context(config), state) / std::to_string(config.address.port);
+}
+
+fs::path spare_cache_folder(SimulationConfig const& config, fs::path const& state)
+{
+    return core::spare_cache_folder(state) / std::to_string(config.address.port);
+}
+
+std::vector<core::StateFolder> state_folders(SimulationConfig const& config)
+{
+    return core::state_folders(folder_context(config));
 }
 
 } // namespace webots_cloud::app

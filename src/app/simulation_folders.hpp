@@ -12,8 +12,11 @@
 
 namespace webots_cloud::app {
 
-/// What was fetched.
-std::filesystem::path cache_folder(SimulationConfig const& config);
+/// What was fetched from git servers; `state` is the folder of the working files.
+std::filesystem::path cache_folder(SimulationConfig const& config, std::filesystem::path const& state);
+
+/// Where it is if that one can't be used.
+std::filesystem::path spare_cache_folder(SimulationConfig const& config, std::filesystem::path const& state);
 
 /// The candidates for `stateDir`, the best first.
 std::vector<core::StateFolder> state_folders(SimulationConfig const& config);

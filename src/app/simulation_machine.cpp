@@ -6,6 +6,7 @@
 #include "environment.hpp"
 #include "simulation_folders.hpp"
 
+#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/processes.hpp>
 
@@ -20,11 +21,19 @@ namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using core::concat;
 
+/// On a disk that is full no project could be copied, nor a sandbox be made.
 result<InstanceRoot> open_instances(core::StateFolder const& folder, std::string const& name)
 {
-    return InstanceRoot::open(folder.path, name,
-                              folder.may_be_link ? InstanceRoot::State::may_be_link
-                                                 : InstanceRoot::State::no_link);
+    auto root = InstanceRoot::open(folder.path, name,
+                                   folder.may_be_link ? InstanceRoot::State::may_be_link
+                                                      : InstanceRoot::State::no_link);
+    if (!root)
+        return root;
+    if (auto const usable = make_own_folder(root->path().parent_path()); !usable)
+        return Failure(usable.error().code(),
+                       concat(usable.error().message(),
+                              ". Make room there, or set \"stateDir\" to a folder on another disk"));
+    return root;
 }
 
 bool is_in_use(Failure const& failure)
@@ -51,13 +60,30 @@ result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const
     return root;
 }
 
+/// In the folder of the user, or beside the working files.
+fs::path choose_cache(SimulationConfig const& config, InstanceRoot const& root, Logger const& log)
+{
+    auto const state = root.path().parent_path().parent_path();
+    auto folder = cache_folder(config, state);
+    auto const usable = make_own_folder(folder);
+    if (usable) {
+        for (auto const& notice : *usable)
+            log.warning(notice);
+        return folder;
+    }
+    auto spare = spare_cache_folder(config, state);
+    log.warning(concat("Projects that are fetched can't be kept in ", folder.string(), ": ",
+                       usable.error().message(), ". They are kept in ", spare.string(), " instead."));
+    return spare;
+}
+
 /// Folders that simulations must not change: the cache, which later simulations are made of, and their logs.
-std::vector<fs::path> read_only_folders(SimulationConfig const& config)
+std::vector<fs::path> read_only_folders(SimulationConfig const& config, fs::path const& cache)
 {
     std::vector<fs::path> folders;
     std::error_code failed;
     // All of them, not this port's alone: a server that finds its own in use takes the next one.
-    auto const caches = cache_folder(config).parent_path();
+    auto const caches = cache.parent_path();
     for (auto const& folder : {absolute_path(caches), absolute_path(config.log_dir / "simulation")}) {
         fs::create_directories(
             folder, failed); // a folder that is made later would be writable for simulations that run already
@@ -102,6 +128,7 @@ asio::awaitable<result<std::unique_ptr<SimulationMachine>>> prepare_machine(asio
     if (!root)
         co_return root.error();
     auto machine = std::make_unique<SimulationMachine>(std::move(*simulator), std::move(*root));
+    machine->cache = choose_cache(config, machine->root, log);
     machine->guard = programs / "webots-process-guard";
     machine->metrics = make_host_metrics();
     auto const host = machine->metrics->description();
@@ -113,7 +140,7 @@ asio::awaitable<result<std::unique_ptr<SimulationMachine>>> prepare_machine(asio
     context.simulator = machine->simulator.program;
     context.guard = machine->guard;
     context.state = machine->instances().parent_path();
-    context.read_only = read_only_folders(config);
+    context.read_only = read_only_folders(config, machine->cache);
     context.read_only.insert(context.read_only.end(), machine->group_folders.begin(),
                              machine->group_folders.end());
     context.limits = machine->limits;

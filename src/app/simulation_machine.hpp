@@ -34,6 +34,7 @@ struct SimulationMachine
 
     core::SimulatorChoice simulator;
     InstanceRoot root;
+    std::filesystem::path cache; ///< What was fetched; ours alone.
     std::filesystem::path guard; ///< `webots-process-guard`, absolute.
     std::unique_ptr<HostMetrics> metrics;
     ProcessLimits limits;                             ///< Of each simulation.

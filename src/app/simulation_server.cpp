@@ -71,7 +71,7 @@ std::shared_ptr<MountThread> confine(SimulationConfig const& config, app::Simula
     core::SimulationFilesContext own;
     own.config_file = std::move(config_file);
     own.instances = machine.instances();
-    own.caches = app::cache_folder(config).parent_path();
+    own.caches = machine.cache.parent_path();
     own.templates = app::website_templates(config, machine.simulator.program);
     own.groups = machine.group_folders;
     auto const confined = app::confine_simulation_server(config, std::move(own));
@@ -96,8 +96,7 @@ SimulationServiceParams service_params(SimulationConfig const& config, app::Simu
     params.config = config.service;
     params.walls = trial.walls;
     params.notice = machine.simulator.notice;
-    params.isolation_warning =
-        trial.isolation_warning.empty() ? trial.sandbox.warning : trial.isolation_warning;
+    params.isolation_warning = app::walls_warning(trial);
     params.limits_warning = trial.unkept_limits;
     params.sandbox = app::describe_confinement(trial);
     params.display = trial.display.description;

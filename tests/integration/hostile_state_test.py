@@ -5,12 +5,14 @@ else. Simulations run as the same user, so they can do this."""
 import os
 import shutil
 import sys
+import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.browser_client import Browser  # noqa: E402
+from support.browser_client import LOCAL, Browser  # noqa: E402
+from support.disks import mount_small_disk  # noqa: E402
 from support.other_user import NOBODY, OwnedServer  # noqa: E402
-from support.servers import main, wait_until  # noqa: E402
+from support.servers import SimulationServer, main, wait_until  # noqa: E402
 
 
 def remove(path):
@@ -130,6 +132,50 @@ class HostileState(unittest.IsolatedAsyncioTestCase):
                 self.start_again((path, damage), f"{path} was not what it has to be")
         os.symlink(self.victim, os.path.join(cache, "repositories", "0" * 40))
         self.start_again("a link among repositories", "Running simulation server")
+
+
+class UnusableFolders(unittest.TestCase):
+    """Folders that can't be used when the server starts: it takes others, or says what to do."""
+
+    def setUp(self):
+        self.folder = self.enterContext(tempfile.TemporaryDirectory(prefix="webots_cloud_unusable_"))
+
+    def start(self, environment=None, **settings):
+        server = SimulationServer(environment=environment, **{**LOCAL, **settings})
+        self.addCleanup(server.close)
+        server.start()
+        return server
+
+    def test_what_is_fetched_is_kept_beside_the_working_files_where_the_user_has_no_folder_for_it(self):
+        forges = ["http://localhost:1", *LOCAL["forges"]]
+        for environment in ({"XDG_CACHE_HOME": "/proc/nowhere"}, {"XDG_CACHE_HOME": "", "HOME": "/proc/nowhere"}, {"XDG_CACHE_HOME": "", "HOME": ""},
+                            {"XDG_CACHE_HOME": "relative", "HOME": "relative"}):
+            with self.subTest(environment):
+                server = self.start(environment, forges=forges)
+                spare = os.path.join(server.state_folder(), "cache", str(server.port))
+                self.assertTrue(os.path.isdir(os.path.join(spare, "repositories")), server.log())
+                self.assertNotIn("Projects can't be fetched", server.log())
+                self.assertEqual("/proc/nowhere" in str(environment), f"They are kept in {spare} instead." in server.log(), server.log())
+                for shared in (os.path.join(server.folder, "tmp", "webots_cloud"), os.path.join(server.folder, "relative")):
+                    self.assertFalse(os.path.exists(shared), "everybody may have been there first")
+                self.assertEqual(server.stop(), 0)
+
+    def fill(self, disk):
+        mount_small_disk(self, disk, "64k")
+        with open(os.path.join(disk, "filler"), "wb") as file, self.assertRaises(OSError):
+            while True:
+                os.write(file.fileno(), bytes(4096))
+
+    def test_a_disk_that_is_full_is_not_used_so_that_the_sandbox_stays(self):
+        self.fill(self.folder)
+        server = self.start({"XDG_STATE_HOME": self.folder}, sandbox="auto")
+        self.assertIn(f"Trying {server.folder}/tmp/webots-{os.geteuid()} instead.", server.log())
+        self.assertNotIn("can't be written", server.log())
+
+    def test_a_disk_that_is_full_and_the_only_one_is_said_with_the_remedy(self):
+        self.fill(self.folder)
+        with self.assertRaisesRegex(AssertionError, r'No space left on device\. Make room there, or set "stateDir" to a folder on another disk'):
+            self.start(stateDir=os.path.join(self.folder, "state"))
 
 
 if __name__ == "__main__":

@@ -112,10 +112,11 @@ class RefusedStarts(unittest.IsolatedAsyncioTestCase):
         self.assertRegex(visitor.told[-1], "proxy|can't be reached")
 
     async def test_a_folder_of_the_cache_that_can_not_be_used(self):
-        home = self.folder()
-        with open(os.path.join(home, "webots_cloud"), "w") as file:
-            file.write("no folder")
-        await self.site(environment={"XDG_CACHE_HOME": home}, forges=[FORGE], allowedRepositories=[FORGE])
+        home, state = self.folder(), self.folder()
+        for path in (os.path.join(home, "webots_cloud"), os.path.join(state, "cache")):
+            with open(path, "w") as file:
+                file.write("no folder")
+        await self.site(environment={"XDG_CACHE_HOME": home}, stateDir=state, forges=[FORGE], allowedRepositories=[FORGE])
         await self.assert_refused("This server can't store projects", WORLD_OF_THE_FORGE)
 
     async def test_a_key_of_a_website_that_can_not_be_read(self):

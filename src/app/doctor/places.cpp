@@ -89,7 +89,8 @@ std::vector<FolderUse> folders_of(SimulationConfig const& config)
     auto const candidates = state_folders(config);
     return {FolderUse("state", "\"stateDir\"", candidates.front().path, wanted_for_projects,
                       candidates.size() == 1),
-            FolderUse("cache", "XDG_CACHE_HOME", cache_folder(config), wanted_for_projects, false),
+            FolderUse("cache", "XDG_CACHE_HOME", cache_folder(config, candidates.front().path),
+                      wanted_for_projects, false),
             FolderUse("logs", "\"logDir\"", config.log_dir / "simulation", wanted_for_simulation_logs,
                       !config.debug)};
 }

@@ -21,4 +21,19 @@ std::vector<StateFolder> state_folders(StateFolderContext const& context)
     return folders;
 }
 
+std::filesystem::path cache_folder(StateFolderContext const& context, std::filesystem::path const& state)
+{
+    namespace fs = std::filesystem;
+    if (fs::path const xdg = context.xdg_cache_home; xdg.is_absolute())
+        return xdg / "webots_cloud";
+    if (fs::path const home = context.home; home.is_absolute())
+        return home / ".cache" / "webots_cloud";
+    return spare_cache_folder(state);
+}
+
+std::filesystem::path spare_cache_folder(std::filesystem::path const& state)
+{
+    return state / "cache";
+}
+
 } // namespace webots_cloud::core

@@ -1,4 +1,4 @@
-// Chooses the folder for the simulation server's working files.
+// Chooses the folders for the simulation server's working files, and for what it fetches.
 #pragma once
 
 #include <filesystem>
@@ -28,6 +28,7 @@ struct StateFolderContext
     std::filesystem::path configured; ///< `stateDir`, absolute.
     std::string state_directory; ///< `STATE_DIRECTORY`, which systemd sets: folders with colons between them.
     std::string xdg_state_home;  ///< `XDG_STATE_HOME`
+    std::string xdg_cache_home;  ///< `XDG_CACHE_HOME`
     std::string home;            ///< `HOME`
     std::filesystem::path temporary; ///< The folder for temporary files.
     unsigned user = 0;               ///< Our number, for a folder that all users share.
@@ -36,5 +37,13 @@ struct StateFolderContext
 /// The folders to try, the best first: what the operator or systemd names, alone; or else one in the home
 /// folder, and if that can't be used, one in the folder for temporary files.
 std::vector<StateFolder> state_folders(StateFolderContext const& context);
+
+/// The folder for what is fetched: `state`, the one of the working files, is ours alone, and holds it where
+/// the user has no folder for such files. (In a folder that everybody shares, somebody else may have been
+/// there first.)
+std::filesystem::path cache_folder(StateFolderContext const& context, std::filesystem::path const& state);
+
+/// Where it is if that one can't be used.
+std::filesystem::path spare_cache_folder(std::filesystem::path const& state);
 
 } // namespace webots_cloud::core

@@ -46,4 +46,15 @@ BOOST_AUTO_TEST_CASE(otherwise_it_is_in_the_home_folder_or_among_the_temporary_f
     BOOST_TEST((state_folders(all) == Folders{last}));
 }
 
+BOOST_AUTO_TEST_CASE(what_is_fetched_is_in_the_home_folder_or_beside_the_working_files)
+{
+    auto all = everything();
+    all.xdg_cache_home = "/home/w/cache";
+    BOOST_TEST(cache_folder(all, "/tmp/webots-1000") == "/home/w/cache/webots_cloud");
+    all.xdg_cache_home = "relative";
+    BOOST_TEST(cache_folder(all, "/tmp/webots-1000") == "/home/w/.cache/webots_cloud");
+    all.home = "relative";
+    BOOST_TEST(cache_folder(all, "/tmp/webots-1000") == "/tmp/webots-1000/cache");
+}
+
 BOOST_AUTO_TEST_SUITE_END()
