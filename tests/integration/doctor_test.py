@@ -330,13 +330,28 @@ class SimulationDoctor(Examination):
     def test_a_healthy_server_has_only_good_lines(self):
         found = self.findings()
         self.assertEqual(set(found), {"configuration", f"port {self.port}", f"ports from {self.port + 1}", "simulator", "state", "cache", "logs",
-                                      "forge", "name server", "public address"})
+                                      "start", "forge", "name server", "public address"})
         self.assertEqual({each["verdict"] for each in found.values() if each["subject"] != "simulator"}, {"ok"}, found)
 
     def test_the_walls_of_simulations_are_tried(self):
         sandbox = by_subject(self.run_doctor("--json")[1])["sandbox"]
         self.assertEqual(sandbox["verdict"], "warning")
         self.assertIn("Simulations run without a sandbox", sandbox["found"])
+        self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("webots-doctor")], [])
+
+    def test_an_empty_world_is_loaded_by_the_simulator(self):
+        found = by_subject(self.run_doctor("--json", sandbox="auto")[1])
+        self.assertEqual(found["start"]["verdict"], "ok", found)
+        self.assertRegex(found["start"]["found"], r"^the simulator has loaded an empty world within \d+ s$")
+
+    def test_what_a_simulator_printed_that_does_not_start_is_told(self):
+        webots = os.path.join(self.folder, "webots")
+        with open(webots, "w") as file:
+            file.write("#!/bin/sh\necho libGL.so.1: cannot open shared object file >&2\nexit 127\n")
+        os.chmod(webots, 0o755)
+        found = by_subject(self.run_doctor("--json", webotsHome=self.folder)[1])["start"]
+        self.assertEqual(found["verdict"], "fault", found)
+        self.assertRegex(found["found"], r"^the simulator does not load an empty world: .*; it printed: libGL.so.1: cannot open shared object file$")
         self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("webots-doctor")], [])
 
     def test_a_forge_that_nobody_runs(self):

@@ -28,7 +28,7 @@ using core::Verdict;
 constexpr auto mark = "WEBOTS_CLOUD_DOCTOR_FOR_ROOT";
 constexpr auto told_instance = "WEBOTS_CLOUD_DOCTOR_INSTANCE";
 constexpr auto systemd_limit = std::chrono::seconds(5);
-constexpr auto doctor_limit = std::chrono::seconds(20); // it takes ten at most, and has to be started
+constexpr auto doctor_limit = std::chrono::seconds(45); // it takes thirty at most, and has to be started
 constexpr std::string_view runtime_folder = "webots-cloud/doctor"; // that of the service is the service's
 // Root sees more of these: the firewall, and the parts of /proc that units hide.
 constexpr std::string_view seen_by_root_alone[] = {"clock", "firewall", "memory"};

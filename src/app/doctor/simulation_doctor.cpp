@@ -4,6 +4,7 @@
 #include "aside.hpp"
 #include "doctors.hpp"
 #include "service_view.hpp"
+#include "start_trial.hpp"
 
 #include "app/environment.hpp"
 #include "app/machine_trial.hpp"
@@ -106,25 +107,39 @@ core::Finding graphics_finding()
     return core::judge_graphics(reading);
 }
 
-/// Tries what the start of the server tries.
-CheckWork check_machine(SimulationConfig config, fs::path programs, fs::path simulator, Clock& clock)
+/// There is no room to try anything in, or nothing to try it with.
+Findings untried(std::string_view found, std::string_view remedy)
 {
-    Findings findings;
+    return {core::Finding(Verdict::fault, "sandbox", found, remedy)};
+}
+
+/// Tries what the start of the server tries, and then what a visitor's start does.
+CheckWork check_machine(SimulationConfig config, fs::path programs, core::SimulatorChoice simulator,
+                        Clock& clock)
+{
     TemporaryFolder const folder;
+    auto root = InstanceRoot::open(folder.path() / "state", "0");
+    if (folder.path().empty() || !root)
+        co_return untried("there is no room for temporary files",
+                          "No simulation starts without it: make room.");
+    app::SimulationMachine machine(std::move(simulator), std::move(*root));
+    machine.guard = programs / "webots-process-guard";
+    machine.cache = folder.path() / "cache";
+    if (!app::is_program(machine.guard))
+        co_return untried(concat("there is no program ", machine.guard.string()),
+                          "No simulation starts without it: install it with the server.");
     app::TrialContext context;
-    context.guard = programs / "webots-process-guard";
-    if (folder.path().empty() || !app::is_program(context.guard)) {
-        findings.emplace_back(Verdict::fault, "sandbox",
-                              folder.path().empty() ? "there is no room for temporary files"
-                                                    : concat("there is no program ", context.guard.string()),
-                              "No simulation starts without it: make room, or install it with the server.");
+    context.guard = machine.guard;
+    context.simulator = machine.simulator.program;
+    context.state = machine.instances().parent_path();
+    machine.processes = make_process_host(co_await asio::this_coro::executor, machine.guard);
+    machine.trial = co_await app::try_machine(config, std::move(context), *machine.processes, clock);
+    auto findings = machine.trial.findings;
+    if (!machine.trial.outcome || machine.simulator.program.empty() || config.slurm)
         co_return findings;
-    }
-    context.simulator = std::move(simulator);
-    context.state = folder.path();
-    auto const processes = make_process_host(co_await asio::this_coro::executor, context.guard);
-    auto trial = co_await app::try_machine(config, std::move(context), *processes, clock);
-    co_return std::move(trial.findings);
+    auto const started = co_await app::try_start(config, machine, folder.path(), clock);
+    findings.push_back(started);
+    co_return findings;
 }
 
 /// Webots draws with OpenGL. What computes that is seen with the program of mesa-utils, and on a screen that
@@ -210,9 +225,9 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     }
     if (!viewpoint.is_server && !config.docker) {
         auto const choice = find_simulator(config, programs);
-        checks.emplace_back("sandbox",
-                            check_machine(config, programs, choice ? choice->program : fs::path(), *clock),
-                            trial_limit);
+        checks.emplace_back(
+            "sandbox", check_machine(config, programs, choice ? *choice : core::SimulatorChoice(), *clock),
+            trial_limit + empty_start_limit);
     }
     auto const names = make_name_service(executor);
     for (auto& each : common_checks(folders_of(config), log_file_of(config), config.network, config.address,

@@ -2,6 +2,7 @@
 
 #include "core/machine_labels.hpp"
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 namespace webots_cloud::core {
 namespace {
@@ -46,6 +47,21 @@ Finding judge_limits(std::string_view unkept)
 {
     return {Verdict::warning, "limits", unkept.substr(0, unkept.find_last_not_of('.') + 1),
             "Run the server as its unit of systemd does, which gives it control groups."};
+}
+
+Finding judge_start(StartReading const& reading)
+{
+    constexpr std::string_view subject = "start";
+    if (reading.outcome)
+        return {Verdict::ok, subject,
+                concat("the simulator has loaded an empty world within ", seconds_rounded_up(reading.took),
+                       " s")};
+    auto const why = reading.outcome.error().message();
+    return {Verdict::fault, subject,
+            concat("the simulator does not load an empty world: ",
+                   std::string_view(why).substr(0, why.find_last_not_of('.') + 1),
+                   reading.printed.empty() ? "" : "; it printed: ", listed(reading.printed, " | ")),
+            "No visitor's start succeeds: see to what it printed, and to the lines above."};
 }
 
 Finding judge_graphics(GraphicsReading const& reading)

@@ -4,6 +4,7 @@
 #include "finding.hpp"
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/time.hpp>
 
 #include <cstdint>
 #include <filesystem>
@@ -40,6 +41,18 @@ Finding judge_attempt(std::string_view subject, std::string_view key, result<Att
 
 /// `unkept`: a sentence, as `unkept_limits` says.
 Finding judge_limits(std::string_view unkept);
+
+/// What a start of the simulator with an empty world has come to.
+struct StartReading
+{
+    StartReading() = default;
+
+    result<> outcome; ///< Errors: why the world is not loaded.
+    Duration took{};
+    std::vector<std::string> printed; ///< The last lines, printable.
+};
+
+Finding judge_start(StartReading const& reading);
 
 struct GraphicsReading
 {

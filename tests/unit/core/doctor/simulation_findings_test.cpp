@@ -82,6 +82,20 @@ BOOST_AUTO_TEST_CASE(what_draws_is_better_no_processor)
                 "OpenGL can't be tried: unable to open display :0"));
 }
 
+BOOST_AUTO_TEST_CASE(a_start_that_fails_is_told_with_what_the_simulator_printed)
+{
+    StartReading reading;
+    reading.took = std::chrono::milliseconds(1500);
+    BOOST_TEST((judge_start(reading) ==
+                Finding(Verdict::ok, "start", "the simulator has loaded an empty world within 2 s")));
+    reading.outcome = Failure(errc::start_failed, "Webots has ended: it exited with status 1.");
+    reading.printed = {"error while loading", "libGL.so.1"};
+    auto const broken = judge_start(reading);
+    BOOST_TEST((broken.verdict == Verdict::fault));
+    BOOST_TEST(broken.found == "the simulator does not load an empty world: Webots has ended: it exited with "
+                               "status 1; it printed: error while loading | libGL.so.1");
+}
+
 BOOST_AUTO_TEST_CASE(docker_has_to_answer)
 {
     BOOST_TEST((judge_docker("27.1\n") == Finding(Verdict::ok, "docker", "version 27.1")));
