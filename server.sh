@@ -151,13 +151,16 @@ install_editor()
 # build TARGET: what of it is not built yet, showing how far it is in one line. What the tools say is in build/release/build.log.
 build()
 {
-    local log=build/release/build.log
+    local log=build/release/build.log mask
+    mask=$(umask)
+    umask 022 # the users of simulations run what is built
     rm -f "$log" # whatever somebody has put in its place
     : >"$log"
     # Configured anew also when a library of the pages has come since.
     [[ -e build/release/build.ninja && ! build/node/src/web/view -nt build/release/build.ninja &&
         ! build/node/src/web/class -nt build/release/build.ninja ]] || cmake --preset release >"$log" 2>&1 || build_failed "$log"
     NINJA_STATUS='[%f/%t] ' cmake --build --preset release --parallel "$(compilers)" --target "$1" 2>&1 | show_progress "$log" || build_failed "$log"
+    umask "$mask"
 }
 
 # How many compilers may run at once: each takes up to 1 GB of memory.

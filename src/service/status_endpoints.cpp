@@ -428,14 +428,13 @@ Answer StatusEndpoints::liveness(IncomingRequest const&)
     return core::page("alive");
 }
 
-Answer StatusEndpoints::readiness(IncomingRequest const&)
+Answer StatusEndpoints::readiness(IncomingRequest const& request)
 {
     if (context_.state.is_draining() || context_.admission.is_full())
         return HttpResponse(503, std::string(core::html_type),
                             context_.state.is_draining() ? "draining" : "full");
-    if (!params_.isolation_warning.empty())
-        return core::page(core::concat("ready, but: ", core::escape_html(params_.isolation_warning)));
-    return core::page("ready");
+    bool const wants_json = request.header("Accept").find("application/json") != std::string_view::npos;
+    return core::readiness_page(params_.isolation_warning, wants_json);
 }
 
 Answer StatusEndpoints::load_answer(IncomingRequest const& request)

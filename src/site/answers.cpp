@@ -59,6 +59,19 @@ bool has_room(Settings const& settings)
     return answer && answer->status == 200 && answer->body == "1";
 }
 
+std::string weakness(Settings const& settings)
+{
+    auto const answer = ask(settings, "/readyz");
+    return answer ? parse_weakness(answer->body) : std::string();
+}
+
+std::string parse_weakness(std::string_view readyz)
+{
+    auto const answer = parse_object(readyz);
+    constexpr std::size_t longest = 2000;
+    return core::printable(text_of(answer, "but"), longest);
+}
+
 std::vector<std::string> state_lines(Settings const& settings)
 {
     std::vector<std::string> lines;
@@ -67,6 +80,9 @@ std::vector<std::string> state_lines(Settings const& settings)
         lines.push_back(concat("It does not answer on port ", std::to_string(settings.address.port), "."));
     else if (auto seats = seats_line(load->body); seats && settings.kind == Kind::simulation)
         lines.push_back(std::move(*seats));
+    if (load && settings.kind == Kind::simulation)
+        if (auto const weak = weakness(settings); !weak.empty())
+            lines.push_back("warning        " + weak);
     if (load && settings.kind == Kind::session)
         if (auto const monitor = ask(settings, "/monitor"); monitor && monitor->status == 200)
             for (auto& line : visitor_lines(monitor->body))

@@ -16,6 +16,13 @@ bool answers(Settings const& settings);
 /// Whether a session server could place a session now.
 bool has_room(Settings const& settings);
 
+/// What of the walls around the simulations of a simulation server is weaker than people may expect, as it
+/// says itself; empty: nothing is, or it does not say.
+std::string weakness(Settings const& settings);
+
+/// The same from the answer to `/readyz`.
+std::string parse_weakness(std::string_view readyz);
+
 /// What `status` shows below a server's address and logs, a line each, without the margin.
 std::vector<std::string> state_lines(Settings const& settings);
 

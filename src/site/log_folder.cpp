@@ -3,6 +3,7 @@
 #include "log_folder.hpp"
 
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/host.hpp>
@@ -195,6 +196,31 @@ result<int> open_console(Kind kind)
     if (console < 0)
         return Failure(errc::unavailable, concat(file, " can't be written: ", error_text()));
     return console;
+}
+
+std::vector<std::string> failed_starts(std::string_view log, std::string_view since)
+{
+    constexpr std::string_view level = " [ERROR  ]  [";
+    constexpr std::size_t most = 3;
+    constexpr std::size_t day = std::string_view("2026-01-31 ").size();
+    constexpr std::size_t moment = std::string_view("23:59:58").size();
+    std::vector<std::string> found;
+    for (auto const line : core::split(log, '\n')) {
+        auto const begin = line.find(level);
+        auto const end = line.find("] ", begin == line.npos ? begin : begin + level.size());
+        if (begin == line.npos || end == line.npos || begin < day + moment || line.substr(0, begin) < since)
+            continue;
+        if (found.size() == most)
+            found.erase(found.begin());
+        found.push_back(core::printable(concat(line.substr(day, moment), " ", line.substr(end + 2))));
+    }
+    return found;
+}
+
+std::vector<std::string> failed_starts(fs::path const& log_dir, WallTime since)
+{
+    auto const text = read_regular_file(log_dir / word_of(Kind::simulation) / "output.log", max_shown);
+    return text ? failed_starts(*text, core::local_time(since)) : std::vector<std::string>();
 }
 
 std::string last_words(Kind kind, fs::path const& log_dir)

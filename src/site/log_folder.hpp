@@ -6,11 +6,13 @@
 #include "kinds.hpp"
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/time.hpp>
 
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <sys/types.h>
 
@@ -42,6 +44,14 @@ result<> write_new_file(std::filesystem::path const& path, std::string_view text
 
 /// Opens `log/<kind>/console.log` for writing, empty.   Errors: `unavailable`.
 result<int> open_console(Kind kind);
+
+/// Why the last starts of simulations failed, three at most, as a simulation server has logged it:
+/// `23:59:58 This server can't copy the project: ...`. `since`: as its log writes moments; what is older is
+/// of a server before.
+std::vector<std::string> failed_starts(std::string_view log, std::string_view since);
+
+/// The same of its log.
+std::vector<std::string> failed_starts(std::filesystem::path const& log_dir, WallTime since);
 
 /// The last ten lines of the logs of a server, each log with its name, as far as there are any.
 std::string last_words(Kind kind, std::filesystem::path const& log_dir);

@@ -80,6 +80,10 @@ bool is_taken(std::string const& listen_address, std::uint16_t port)
 {
     boost::system::error_code failed;
     auto const address = asio::ip::make_address(listen_address, failed);
+    bool const is_localhost = !failed && (address.is_loopback() || address.is_unspecified());
+    if (is_localhost &&
+        try_to_listen({asio::ip::address_v6::loopback(), port}) == asio::error::address_in_use)
+        return true;
     if (!failed)
         failed = try_to_listen({address, port});
     if (failed == asio::error::address_family_not_supported) // a machine without IPv6

@@ -6,6 +6,7 @@
 
 #include <webots_cloud/daemon.hpp>
 
+#include <boost/asio/ip/address.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
 
@@ -120,6 +121,22 @@ std::string own_address(std::string_view listen_address)
     bool const is_everywhere =
         listen_address == "::" || listen_address == "0.0.0.0" || listen_address.empty();
     return is_everywhere ? "127.0.0.1" : std::string(listen_address);
+}
+
+bool is_for_this_machine(Settings const& settings)
+{
+    boost::system::error_code failed;
+    auto const address = boost::asio::ip::make_address(settings.listen_address, failed);
+    return !failed && address.is_loopback();
+}
+
+std::string machine_address(Settings const& settings, Settings const* session)
+{
+    auto const own = concat(settings.address.host, "/", std::to_string(settings.address.port));
+    if (session && settings.address.port_rewrite)
+        if (auto const path = core::path_at_own_port(session->address, own); !path.empty())
+            return concat(site_address(*session), path.substr(1), "/");
+    return site_address(settings);
 }
 
 std::string site_address(Settings const& settings, std::string_view host)

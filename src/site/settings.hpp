@@ -47,6 +47,13 @@ std::vector<std::uint16_t> ports_of(Settings const& settings);
 /// Where programs of this machine reach it.
 std::string own_address(std::string_view listen_address);
 
+/// Whether only browsers of this machine reach it.
+bool is_for_this_machine(Settings const& settings);
+
+/// Where browsers find a simulation server, with a slash at the end. `session`: the session server of its
+/// site, which passes on what is for it where that is at a port of its own; null: there is none.
+std::string machine_address(Settings const& settings, Settings const* session);
+
 /// Where browsers find it, with a slash at the end. `host`: where it has no name, as this machine is called.
 std::string site_address(Settings const& settings, std::string_view host = "localhost");
 

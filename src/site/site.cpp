@@ -48,7 +48,19 @@ std::string none_runs(std::string_view name)
     return concat("No ", name, name.empty() ? "" : " ", "server is running");
 }
 
-void show_status(Kind kind, Process const& process, ServerCommand const& server)
+/// What the session server of this folder runs with; nothing: none runs.
+std::optional<Settings> running_session(Place const& place)
+{
+    auto const process = running_server(place, Kind::session);
+    auto const server = process ? parse_server(process->arguments) : std::nullopt;
+    if (!server)
+        return std::nullopt;
+    auto settings = read_settings(Kind::session, server->configuration, server->moved);
+    return settings ? std::optional(std::move(*settings)) : std::nullopt;
+}
+
+/// `session`: of the same folder; null: none runs.
+void show_status(Kind kind, Process const& process, ServerCommand const& server, Settings const* session)
 {
     say(concat("The ", called(kind), " runs since ",
                with_number(core::local_time(beginning_of(process)), process.id)));
@@ -59,24 +71,30 @@ void show_status(Kind kind, Process const& process, ServerCommand const& server)
         say(concat("  It can't be read any more: ", settings.error().message()));
         return;
     }
-    auto const page = kind == Kind::simulation ? "monitor" : ""; // it has no other
-    say(concat("  address        ", site_address(*settings), page));
+    if (kind == Kind::simulation) // it has no other page
+        say(concat("  address        ", machine_address(*settings, session), "monitor"));
+    else
+        say(concat("  address        ", site_address(*settings)));
     say(concat("  logs           ", settings->log_dir.string(), "/", word_of(kind)));
     for (auto const& line : state_lines(*settings))
         say("  " + line);
+    if (kind == Kind::simulation)
+        for (auto const& line : failed_starts(settings->log_dir, beginning_of(process)))
+            say("  failed start   " + line);
 }
 
 /// Changes nothing, so it waits for nobody.
 int show_all(Place const& place, std::string const& name)
 {
     bool is_any = false;
+    auto const session = running_session(place);
     for (auto const kind : status_order) {
         auto const process = running_server(place, kind);
         auto const server = process ? parse_server(process->arguments) : std::nullopt;
         if (!server || (!name.empty() && name_of(*server) != name))
             continue;
         is_any = true;
-        show_status(kind, *process, *server);
+        show_status(kind, *process, *server, session ? &*session : nullptr);
     }
     if (!is_any)
         say(none_runs(name));
@@ -116,7 +134,8 @@ void show_class(Settings const& session)
 {
     if (!session.has_classes)
         return;
-    auto const addresses = shared_addresses(interface_addresses());
+    auto const addresses =
+        is_for_this_machine(session) ? std::vector<std::string>() : shared_addresses(interface_addresses());
     say(concat("For a class: ", site_address(session, addresses.empty() ? "localhost" : addresses.back()),
                "class/"));
     auto const& file = session.teacher_password_file;
@@ -154,13 +173,27 @@ void show_network_addresses(Settings const& session)
                std::to_string(session.address.port), " has to be open."));
 }
 
+/// Whether this folder has a site for the other machines of the network.
+bool has_network_site()
+{
+    std::error_code ignored;
+    return fs::exists(config_file(Kind::session, "lan"), ignored);
+}
+
 void show_addresses(StartedSite const& site)
 {
+    for (auto const& settings : site.servers)
+        if (settings.kind == Kind::simulation)
+            if (auto const weak = weakness(settings); !weak.empty())
+                say("Warning: " + weak);
     for (auto const& settings : site.servers)
         if (settings.kind == Kind::session) {
             say(concat("Open ", site_address(settings), "viewer/"));
             if (settings.address.host == "*")
                 show_network_addresses(settings);
+            else if (is_for_this_machine(settings) && has_network_site())
+                say("Only browsers on this machine reach it. For others in the network: "
+                    "./server.sh restart --lan");
             show_class(settings);
         }
     for (auto const& settings : site.servers)

@@ -76,11 +76,12 @@ class ServerScriptTest(unittest.TestCase):
     def environment(self):
         return {"PATH": f"{self.path('bin')}:{os.environ['PATH']}", "HOME": self.path("tmp"), "TMPDIR": self.path("tmp")}
 
-    def run_script(self, *arguments, command=("./server.sh",), user=None):
-        """Returns exit status, standard output and standard error."""
+    def run_script(self, *arguments, command=("./server.sh",), user=None, walls=False):
+        """Returns exit status, standard output and standard error; without what is said of the walls that this machine can't make."""
         done = subprocess.run([*command, *arguments], cwd=self.folder, env=self.environment(), text=True, timeout=120, user=user,
                               stdin=subprocess.DEVNULL, capture_output=True)
-        return done.returncode, done.stdout, done.stderr
+        said = done.stdout if walls else re.sub(r"(?m)^(Warning: |  warning  ).*\n", "", done.stdout)
+        return done.returncode, said, done.stderr
 
     def pid(self, kind):
         with open(self.path(f"log/.{kind}.pid")) as file:
@@ -118,6 +119,13 @@ class Starting(ServerScriptTest):
         self.assertEqual(self.start().splitlines()[:-3], [f"Building: step {step} of 100" for step in (25, 50, 75, 100)])
         with open(self.path("build/release/build.log")) as log:
             self.assertEqual(log.read().splitlines(), steps)
+
+    def test_what_is_built_may_be_run_by_the_users_of_simulations_whatever_the_shell_takes_from_new_files(self):
+        self.write("bin/cmake", "#!/bin/sh\numask >>masks\n")
+        status, output, errors = self.run_script("start", command=("bash", "-c", 'umask 077; ./server.sh "$@"', "bash"))
+        self.assertEqual((status, errors), (0, ""), output)
+        self.assertEqual(set(self.read("masks").split()), {"0022"})
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("log")).st_mode), 0o700)  # which is the operator's
 
     def test_a_build_counts_its_steps_in_one_line_of_a_terminal(self):
         self.build_says(*[f"[{step}/100] Building CXX object {step}.o" for step in range(101)])
@@ -221,6 +229,39 @@ class Starting(ServerScriptTest):
         self.assertIn("This machine is in no network: others can't reach it.", said)
         self.assertTrue(said.endswith(f"For a class: http://localhost:{port}/class/\n"
                                       f"Password of teachers: {password} (in log/.teacher-password)\n"), said)
+
+    def configure_shipped(self):
+        """config/*/local.json and lan.json of the repository, at other ports."""
+        repository = os.path.dirname(SCRIPT)
+        os.symlink(os.path.join(repository, "examples"), self.path("examples"))
+        for kind in ("session", "simulation"):
+            for name in ("local", "lan"):
+                with open(os.path.join(repository, "config", kind, f"{name}.json")) as file:
+                    text = file.read()
+                for port, other in ((1999, self.ports["session"]), (2000, self.ports["simulation"])):
+                    text = text.replace(str(port), str(other))
+                self.write(f"config/{kind}/{name}.json", text)
+
+    def test_a_plain_start_is_for_this_machine_and_says_how_others_get_in(self):
+        self.configure_shipped()
+        self.assertIn("Only browsers on this machine reach it. For others in the network: ./server.sh restart --lan\n", self.start())
+        for port in self.ports.values():
+            with self.assertRaises(ConnectionRefusedError):  # every address of the machine but one
+                socket.create_connection(("127.0.0.2", port), timeout=PATIENCE_SECONDS).close()
+        status, output, errors = self.run_script("restart", "--lan")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertNotIn("Only browsers on this machine", output)
+        socket.create_connection(("127.0.0.2", self.ports["session"]), timeout=PATIENCE_SECONDS).close()
+
+    def test_walls_that_can_not_be_made_are_told_when_and_where_people_look(self):
+        for name in ("bwrap", "firejail"):
+            self.fake(name, "exit 1")
+        status, output, errors = self.run_script("start", walls=True)
+        self.assertEqual((status, errors), (0, ""), output)
+        self.assertRegex(output, r"(?m)^Warning: (.* )?Simulations run without a sandbox, and can read .*bubblewrap")
+        self.assertRegex(self.run_script("status", walls=True)[1], r"(?m)^  warning        (.* )?Simulations run without a sandbox")
+        self.assertIn("Simulations run without a sandbox", self.get("simulation", "/readyz"))
+        self.assertIn("Simulations run without a sandbox", self.get("simulation", "/monitor"))
 
     def test_neither_ip_nor_awk_nor_getconf_are_needed(self):
         for name in ("ip", "awk", "getconf", "hostname", "setsid", "timeout", "ps"):
@@ -452,15 +493,17 @@ class Refusing(ServerScriptTest):
             self.assertEqual(self.run_script("status")[0], 3)
 
     def test_a_port_in_use_anywhere_is_noticed(self):
-        with socket.socket(socket.AF_INET6) as other:
-            try:
-                other.bind(("::1", self.ports["session"]))
-            except OSError:
-                self.skipTest("this machine has no IPv6")
-            other.listen()
-            status, _, errors = self.run_script("start")
-        self.assertEqual(status, 1)
-        self.assertIn(f"Port {self.ports['session']} is in use", errors)
+        for address in ("::", "127.0.0.1"):
+            self.configure("local", kinds=("session",), listenAddress=address)
+            with socket.socket(socket.AF_INET6) as other:
+                try:
+                    other.bind(("::1", self.ports["session"]))
+                except OSError:
+                    self.skipTest("this machine has no IPv6")
+                other.listen()
+                status, _, errors = self.run_script("start")
+            self.assertEqual(status, 1, address)
+            self.assertIn(f"Port {self.ports['session']} is in use", errors)
 
     def test_a_site_of_another_checkout_is_told_with_the_command_that_stops_it(self):
         other = self.path("other checkout")

@@ -3,6 +3,9 @@
 #include "core/text.hpp"
 #include "metrics_text.hpp"
 
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
+
 namespace webots_cloud::core {
 namespace {
 
@@ -29,6 +32,13 @@ HttpResponse metrics_page(std::string own, std::function<std::string()> const& m
     if (more)
         own += more();
     return {200, std::string(metrics_type), std::move(own)};
+}
+
+HttpResponse readiness_page(std::string_view but, bool as_json)
+{
+    if (as_json)
+        return json_page(boost::json::serialize(boost::json::object{{"ready", true}, {"but", but}}));
+    return page(but.empty() ? "ready" : concat("ready, but: ", escape_html(but)));
 }
 
 HttpResponse not_found_page()

@@ -17,6 +17,9 @@ HttpResponse page(std::string body);
 
 HttpResponse json_page(std::string body);
 
+/// Of a server that is ready: `ready`, or `ready, but: <sentences>`, or the same as JSON.
+HttpResponse readiness_page(std::string_view but, bool as_json);
+
 HttpResponse not_found_page();
 
 /// The answer to `GET /metrics`: `own` figures, and below them those of `more`, unless that is empty.

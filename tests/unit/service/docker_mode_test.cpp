@@ -52,6 +52,7 @@ DockerModeParams docker_params()
     params.docker = "/bin/docker";
     params.docker_compose = "/bin/docker-compose";
     params.config.directory = "/templates";
+    params.config.build_cache = 0;
     params.identity = "webots-2000-1f3a9c4d";
     params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}};
     params.launching.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};

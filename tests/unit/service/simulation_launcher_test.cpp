@@ -625,6 +625,7 @@ struct ContainerFixture : Fixture
     static DockerModeParams docker_params()
     {
         DockerModeParams params;
+        params.config.build_cache = 0;
         params.docker = "/bin/docker";
         params.config.directory = "/templates";
         params.identity = "webots-2000-1f3a9c4d";

@@ -321,6 +321,8 @@ BOOST_AUTO_TEST_CASE(what_keeps_simulations_apart_and_is_missing_makes_nobody_un
     BOOST_TEST(fixture.get("/readyz").status == 200);
     BOOST_TEST(fixture.get("/readyz").text() == "ready, but: no &lt;namespaces&gt;");
     BOOST_TEST(fixture.shows("webots_simulations_isolated 0"));
+    BOOST_TEST(fixture.get("/readyz", "Accept", "application/json").text() ==
+               R"({"ready":true,"but":"no <namespaces>"})");
 }
 
 // Others than the operator must not even learn that the path exists.

@@ -2,6 +2,7 @@
 
 #include "site/answers.hpp"
 #include "site/credentials.hpp"
+#include "site/log_folder.hpp"
 #include "site/network.hpp"
 #include "unit_test.hpp"
 
@@ -38,6 +39,56 @@ BOOST_AUTO_TEST_CASE(a_site_without_a_name_has_that_of_whoever_asks)
     auto const settings = session_settings(R"("ssl": false, "portRewrite": true, "server": "*")");
     BOOST_TEST(site_address(settings) == "http://localhost:1999/");
     BOOST_TEST(site_address(settings, "192.168.7.5") == "http://192.168.7.5:1999/");
+}
+
+BOOST_AUTO_TEST_CASE(a_machine_is_below_a_session_server_that_has_a_port_of_its_own)
+{
+    auto const machine =
+        parse_settings(Kind::simulation, "s.json",
+                       R"({"port": 2000, "ssl": true, "portRewrite": true, "server": "sim.example.org"})", 0)
+            .value();
+    auto session = session_settings(R"("ssl": true, "portRewrite": false, "server": "sim.example.org")");
+    BOOST_TEST(machine_address(machine, &session) == "https://sim.example.org:1999/2000/");
+    BOOST_TEST(machine_address(machine, nullptr) == "https://sim.example.org/2000/");
+    session.address.port = 443;
+    BOOST_TEST(machine_address(machine, &session) == "https://sim.example.org/2000/");
+    session.address.port = 1999;
+    session.address.host = "other.example.org";
+    BOOST_TEST(machine_address(machine, &session) == "https://sim.example.org/2000/");
+}
+
+BOOST_AUTO_TEST_CASE(a_site_at_the_loopback_is_for_this_machine)
+{
+    for (auto const* address : {"127.0.0.1", "::1"})
+        BOOST_TEST(is_for_this_machine(session_settings(
+            R"("ssl": false, "server": "localhost", "listenAddress": ")" + std::string(address) + '"')));
+    BOOST_TEST(!is_for_this_machine(session_settings(R"("ssl": false, "server": "localhost")")));
+}
+
+BOOST_AUTO_TEST_CASE(what_a_server_says_of_its_walls_is_shown)
+{
+    BOOST_TEST(parse_weakness(R"({"ready":true,"but":"No\u001b[2J sandbox."})").find('\x1b') ==
+               std::string::npos);
+    BOOST_TEST(parse_weakness(R"({"ready":true,"but":"No sandbox."})") == "No sandbox.");
+    for (auto const* other : {R"({"ready":true,"but":""})", R"({"but":7})", "ready", "full", ""})
+        BOOST_TEST(parse_weakness(other).empty());
+}
+
+BOOST_AUTO_TEST_CASE(the_last_starts_that_failed_are_those_of_this_server)
+{
+    std::string const log = "2026-11-28 18:00:00,001 [ERROR  ]  [9] Before.\n"
+                            "2026-11-28 18:51:46,000 [INFO   ]  [1] Starting simulation from x\n"
+                            "2026-11-28 18:51:47,000 [ERROR  ]  Projects can't be fetched: no cache\n"
+                            "2026-11-28 18:51:49,747 [ERROR  ]  [1] No space left on device.\n";
+    BOOST_TEST((failed_starts(log, "2026-11-28 18:30:00") ==
+                std::vector<std::string>{"18:51:49 No space left on device."}));
+    std::string many;
+    for (int i = 1; i <= 5; ++i)
+        many += "2026-11-28 18:51:4" + std::to_string(i) + ",000 [ERROR  ]  [1] Why.\n";
+    BOOST_TEST((failed_starts(many, "2026") ==
+                std::vector<std::string>{"18:51:43 Why.", "18:51:44 Why.", "18:51:45 Why."}));
+    for (auto const* odd : {"", "\n", " [ERROR  ]  [", "x [ERROR  ]  [1] y"})
+        BOOST_TEST(failed_starts(odd, "").empty());
 }
 
 BOOST_AUTO_TEST_CASE(a_site_is_asked_where_it_listens)
