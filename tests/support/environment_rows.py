@@ -1,0 +1,242 @@
+"""The environments of tests/environments.py, a row each. All is bash, in a network, processes, mounts and a /tmp of the row's own.
+
+These are known in there besides bash: `listen ADDRESS PORT` (somebody else has that port), `set_key FILE KEY JSON`, `without PROGRAM...` (not
+installed), `as_user COMMAND` (with the row's user, in the checkout), `certificate ARGUMENTS OF openssl x509` (in tls/), `get ADDRESS`, `log`
+(what both servers have logged). `{}` is what people type: ./server.sh with a verb. $STARTED is what the start has printed.
+"""
+
+import dataclasses
+
+SESSION, SIMULATION = "config/session/local.json", "config/simulation/local.json"
+
+
+@dataclasses.dataclass
+class Row:
+    name: str
+    says: str = ""  # the start is refused, and this is in its first sentence (a regular expression). Without it the site has to work
+    tells: str = ""  # this is somewhere in what a start prints that works
+    before: str = ""  # as root, in the checkout
+    typed: str = "{}"
+    config: str = ""  # the name of a configuration, and more arguments of the start
+    user: str = "ada"  # who types it: ada, root, nobody, or a number that has no name
+    check: str = ""  # as root, while the site works: fails, or prints what is wrong
+    after: str = ""  # the same once the start was refused
+    folder: str = "site"  # of the checkout
+    others_run: bool = False  # servers that were there before a refused start
+    silent: bool = False  # nothing that is printed can be read
+    needs: tuple = ()  # programs of this machine
+
+
+def refused(name, says, before="", **more):
+    return Row(name, says, before=before, **more)
+
+
+def broken(name, says, file, change, **more):
+    """A configuration that people have changed; `change` is a filter."""
+    return Row(name, says, before=f"{change} <{file} >/tmp/changed; cat /tmp/changed >{file}", **more)
+
+
+PLAIN = [
+    Row("nothing is odd", check='! grep -E "\\[(warning|error)" <<<"$(log)" | grep -v "sandbox\\|control group\\|Load\\|busy\\|local:"'),
+    Row("root starts it", user="root"),
+    Row("a user whose number has no name", user="1234", typed="env -u USER -u LOGNAME {}"),
+    Row("the user nobody", user="nobody", typed="HOME=/nonexistent {}"),
+    Row("the log tells an orderly end and its cause", check='as_user ./server.sh stop >/dev/null; log | grep -q "Ending, as SIGTERM asks"; '
+        "as_user ./server.sh start >/dev/null"),
+    Row("both are killed with SIGKILL, then started again", check='kill -9 $(cat log/.session.pid log/.simulation.pid); '
+        "sleep 0.2; as_user ./server.sh start | grep -q ^Open"),
+]
+
+SCRIPT = [
+    Row("sh server.sh", typed="sh {}"),
+    Row("bash -x", typed="bash -x {} 2>/dev/null"),
+    Row("a link to the script", before="ln -s $PWD/server.sh /tmp/site", typed="cd /; /tmp/site $VERB"),
+    Row("typed in another folder", typed="cd /; $OLDPWD/{}"),
+    Row("the folder in which it is typed is gone", typed="here=$PWD; mkdir /tmp/gone; cd /tmp/gone; rmdir /tmp/gone; $here/{}"),
+    Row("a checkout with Windows' line ends", before="as_user bash -c 'git init -q . && git add -A && git -c user.name=a -c user.email=a@b "
+        "commit -qm a && git clone -q -c core.autocrlf=true . /tmp/clone'; cp /tmp/clone/server.sh server.sh && cp /tmp/clone/cmake/packages/*.* cmake/packages",
+        needs=("git",)),
+    Row("the folder log is removed while it runs", check='rm -rf log; as_user ./server.sh status | grep -q "session server runs" && '
+        'as_user ./server.sh start | grep -q "already running"'),
+    Row("the folder log is replaced while it runs: the doctor says so", check="mv log old; mkdir log; chown ada log; as_user build/release/bin/webots-session-server "
+        "--doctor config/session/local.json | grep -Eiq 'log.*(gone|replaced|removed|deleted|no longer)'"),
+    refused("a second checkout", "Port 1998 is in use by a website host of /srv/site \\(.*Stop it with /srv/site/server.sh stop", others_run=True,
+            before="cp -a $PWD /srv/second; mkdir -p /srv/second/build/release/bin; mount --bind build/release/bin /srv/second/build/release/bin; "
+            "as_user ./server.sh start >/dev/null", typed="cd /srv/second; {}"),
+    refused("started as root before, and still running", "belongs to root", "./server.sh start >/dev/null", others_run=True),
+    refused("started as root before, and stopped", "log.* belongs to root.*sudo chown -R ada: log",
+            "./server.sh start >/dev/null; ./server.sh stop >/dev/null"),
+    refused("a full disk at the first start", "disk full|No space",
+            "mkdir log; mount -t tmpfs -o size=16k none log; chown ada log; dd if=/dev/zero of=log/filler 2>/dev/null || true",
+            after="rm log/filler; mount -o remount,size=16m log; as_user ./server.sh start | grep -q ^Open"),
+    refused("one server fails: the other is stopped again", "/proc/nowhere", "set_key config/session/local.json logDir '\"/proc/nowhere\"'"),
+    Row("no ip, awk, getconf, hostname, ps, setsid", before="without ip awk gawk mawk getconf hostname ps setsid"),
+    Row("no git, npm, node, curl, wget", before="without git npm node curl wget"),
+    refused("no cmake", "cmake", "umount /usr/bin/cmake; without cmake"),
+    refused("no flock", "flock", "without flock"),
+    Row("standard output is closed", typed="{} >&-", silent=True),
+    Row("all standard files are closed", typed="{} <&- >&- 2>&-", silent=True),
+    Row("nobody reads the output", typed="{} | true", silent=True),
+    Row("the output's disk is full", typed="{} >/dev/full", silent=True),
+    Row("both outputs' disk is full", typed="{} >/dev/full 2>&1", silent=True),
+    Row("the shell ends at once (SIGHUP)", typed="setsid bash -c '{} ; kill -HUP $$' || true"),
+    Row("signals are ignored where it is typed", typed="trap '' HUP INT TERM CHLD PIPE USR1; {}"),
+    Row("an interrupted start leaves nothing", before="as_user timeout -s INT 0.3 ./server.sh start >/dev/null || true; "
+        "for i in $(seq 100); do pgrep '^webots-s' >/dev/null || break; sleep 0.1; done; ! pgrep '^webots-s'"),
+    Row("a start beside a start", typed="{} >/tmp/other & {}; wait"),
+    Row("CDPATH is set", typed="CDPATH=/tmp:/ {}"),
+    Row("BASH_ENV prints", before="echo 'echo hello; echo oops >&2' >/tmp/env", typed="BASH_ENV=/tmp/env {}"),
+    Row("POSIXLY_CORRECT and an odd IFS", typed="POSIXLY_CORRECT=1 IFS=abc {}"),
+    Row("an empty environment", typed="env -i {}"),
+    Row("PATH is only /usr/bin", typed="PATH=/usr/bin {}"),
+    Row("PATH begins with the working folder", before="printf '#!/bin/sh\\nexit 1\\n' >readlink2; chmod +x readlink2", typed="PATH=.:$PATH {}"),
+    Row("GREP_OPTIONS and aliases for colours", typed="GREP_OPTIONS=--color=always GREP_COLORS='mt=1' LS_COLORS=x {}"),
+    Row("1 MB of environment", typed="export A=$(head -c 100000 /dev/zero | tr '\\0' a) B=$(head -c 100000 /dev/zero | tr '\\0' b); {}"),
+]
+
+FOLDERS = [Row(f"the folder {name!r}", folder=name) for name in (
+    "webots_cloud (1)", "it's", "a&b", "-rf", "täst 日本", "a  b ", "$HOME", "%s%n", "back`tick", "new\nline", "a=b", "~", "x" * 200,
+    "/".join(["deep"] * 40))] + [
+    refused("a folder in which CMake can't build", "; in its path: .*Rename or move", folder="two;three"),
+    Row("a linked checkout", before="ln -s $PWD /srv/link", typed="cd /srv/link; {}"),
+    Row("a checkout that others may only read", before="chmod -R go-w .; mkdir log website; chown ada log website"),
+    refused("a checkout that may not be written", "write there", before="chmod -R go-w . ; chown -R root ."),
+    refused("a checkout on a read-only disk", "read-only|write there|can't be made",
+            "mount --bind . .; mount -o remount,ro,bind .; true", typed="cd /; cd $OLDPWD; {}"),
+    Row("a read-only system beside the checkout", before="mount -o remount,ro,bind / || { mount --rbind / /mnt; false; }"),
+    Row("/tmp is noexec, nosuid, nodev", before="mount -o remount,noexec,nosuid,nodev /tmp"),
+    Row("TMPDIR is not there", typed="TMPDIR=/tmp/nowhere {}"),
+    Row("TMPDIR has a blank", before="mkdir '/tmp/a b'; chmod 777 '/tmp/a b'", typed="TMPDIR='/tmp/a b' {}"),
+    Row("/tmp can't be written", before="mount -o remount,ro /tmp"),
+    Row("/tmp is full", before="mount -o remount,size=1m /tmp; dd if=/dev/zero of=/tmp/filler 2>/dev/null || true"),
+    Row("no inodes in /tmp", before="mount -o remount,nr_inodes=2 /tmp; touch /tmp/a /tmp/b /tmp/c 2>/dev/null || true"),
+    Row("the state disk is full: the start says what is weaker", tells="sandbox|disk|full",
+        before="mkdir -p /home/ada/.local/state; mount -t tmpfs -o size=4k none /home/ada/.local/state; "
+        "chown -R ada /home/ada; dd if=/dev/zero of=/home/ada/.local/state/filler 2>/dev/null || true"),
+    Row("somebody else has /tmp/webots_cloud", before="mkdir -m 700 /tmp/webots_cloud /tmp/webots-1001", typed="HOME=/nowhere {}"),
+    Row("/dev/shm is not there", before="umount /dev/shm"),
+    Row("/proc hides others' processes", before="mount -o remount,hidepid=2 /proc"),
+]
+
+PEOPLE = [
+    Row("no HOME", typed="env -u HOME {}"),
+    Row("HOME is empty", typed="HOME= {}"),
+    Row("HOME=/", typed="HOME=/ {}"),
+    Row("root with HOME=/", user="root", typed="HOME=/ {}"),
+    Row("HOME is not there", typed="HOME=/nowhere {}"),
+    Row("HOME can't be written", before="chown root /home/ada; chmod 755 /home/ada"),
+    Row("HOME is relative", typed="HOME=home {}"),
+    Row("HOME has blanks", before="mkdir '/home/a b'; chown ada '/home/a b'", typed="HOME='/home/a b' {}"),
+    Row("XDG folders are relative", typed="XDG_STATE_HOME=state XDG_CACHE_HOME=cache XDG_RUNTIME_DIR=run {}"),
+    Row("XDG_RUNTIME_DIR of somebody else (su)", before="mkdir -p -m 700 /run/user/0", typed="XDG_RUNTIME_DIR=/run/user/0 {}"),
+    Row("umask 077", typed="umask 077; {}"),
+    Row("root with umask 077", user="root", typed="umask 077; {}"),
+    Row("umask 0", typed="umask 0; {}"),
+    Row("all capabilities of root dropped", user="root", before="chown -R root .",
+        typed="setpriv --bounding-set=-all --inh-caps=-all --ambient-caps=-all bash -c '{}'"),
+    Row("no new privileges", typed="setpriv --no-new-privs {}"),
+    Row("no user namespaces", before="", typed="unshare --user --map-current-user bash -c 'echo 0 >/proc/sys/user/max_user_namespaces; exec {}'"),
+    Row("root of a user namespace", typed="unshare --user --map-root-user bash -c 'exec {}'"),
+    Row("the simulation server is process 1", user="root", before="cat >/tmp/init <<'END'\n. /srv/words\nbuild/release/bin/webots-session-server config/session/local.json "
+        ">/tmp/session 2>&1 &\nunshare --pid --fork --mount-proc build/release/bin/webots-simulation-server config/simulation/local.json >/tmp/simulation "
+        "2>&1 &\nfor i in $(seq 20); do get http://localhost:1999/session 2>/dev/null | grep -q ^ws: && break; sleep 0.1; done\n"
+        "echo Open http://localhost:1999/viewer/\nEND", typed="[[ $VERB = stop ]] && kill $(pgrep webots-s) || . /tmp/init"),
+]
+
+NETWORK = [
+    Row("no IPv6", before="sysctl -qw net.ipv6.conf.all.disable_ipv6=1 net.ipv6.conf.lo.disable_ipv6=1"),
+    Row("localhost is ::1 alone", before="echo '::1 localhost' >/tmp/hosts; mount --bind /tmp/hosts /etc/hosts"),
+    Row("localhost is nowhere in /etc/hosts", before=": >/tmp/hosts; mount --bind /tmp/hosts /etc/hosts"),
+    Row("no DNS", before=": >/tmp/resolv; mount --bind /tmp/resolv /etc/resolv.conf"),
+    Row("a dead name server", before="echo nameserver 203.0.113.1 >/tmp/resolv; mount --bind /tmp/resolv /etc/resolv.conf"),
+    Row("the host's name is unknown", before="hostname unknown.invalid"),
+    Row("the host's name is odd", before="echo 'a_b(1)' >/proc/sys/kernel/hostname"),
+    refused("the loopback is down", "loopback|network|127.0.0.1|not answer", "ip link set lo down"),
+    Row("a dead proxy in the environment", typed="http_proxy=http://127.0.0.1:9 https_proxy=http://127.0.0.1:9 all_proxy=socks5://127.0.0.1:9 {}"),
+    Row("a proxy that is no address", typed="http_proxy='not an address' {}"),
+    Row("an odd OpenSSL configuration", before="echo nonsense >/tmp/openssl", typed="OPENSSL_CONF=/tmp/openssl SSL_CERT_FILE=/nowhere {}"),
+    *(refused(f"somebody has {port} of {address}", f"Port {port} is in use by another program.* --port ", f"listen {address} {port}")
+      for address in ("127.0.0.1", "::1", "0.0.0.0", "::") for port in (1998, 1999, 2000)),
+    *(Row(f"somebody has 2001 of {address}: simulations go elsewhere", before=f"listen {address} 2001") for address in ("127.0.0.1", "::1", "0.0.0.0", "::")),
+    Row("somebody has 2000, and --port moves the site", before="listen 127.0.0.1 2000", config="local --port 3000", tells="Open http://localhost:3000/"),
+    Row("outgoing connections may have our ports", before="sysctl -qw net.ipv4.ip_local_port_range='1024 65000'"),
+    refused("TLS on 443 without privileges", "443.*(may|privilege|root|permi)", config="tls"),
+    Row("TLS, and its first certificate", user="root", config="tls", tells="Made tls/certificate.pem"),
+    Row("TLS on 8443: addresses have the port", config="tls --port 8443", before="sysctl -qw net.ipv4.ip_unprivileged_port_start=80",
+        tells="Open https://localhost:8443/", check="get https://localhost:8443/session | grep -qx wss://localhost:8443"),
+    Row("the network has another address for us", before="ip address add 192.168.7.5/24 dev lo", config="lan",
+        tells="http://192.168.7.5:1999/viewer/", check="get http://192.168.7.5:1999/session | grep -q ws://192.168.7.5:1999"),
+    Row("a plain start serves this machine, or names it as it was asked for", before="ip address add 192.168.7.5/24 dev lo",
+        check="said=$(get http://192.168.7.5:1999/session || echo none); [[ $said = none || $said = *192.168.7.5* || $said = *--lan* ]] || echo \"$said\""),
+]
+
+LOCALES = [Row(f"the locale {name}", typed=f"LC_ALL={name} LANG={name} {{}}") for name in (
+    "C", "POSIX", "C.UTF-8", "tr_TR.UTF-8", "de_DE@euro", "ja_JP.EUC-JP", "nonsense", "en_US.UTF-8/../../x")] + [
+    Row("LANGUAGE asks for German messages", typed="LANGUAGE=de LANG=C.UTF-8 {}"),
+    Row("a time zone that is none", typed="TZ=Nowhere/Atlantis {}"),
+    Row("no time zone of the machine", before="mount --bind /dev/null /etc/localtime", typed="env -u TZ {}"),
+    *(Row(f"the clock is in {year}", typed=f"LD_PRELOAD=$FAKETIME_LIBRARY FAKETIME='@{year}-12-30 12:00:00' DONT_FAKE_MONOTONIC=1 {{}}", needs=("libfaketime",))
+      for year in (1969, 1970, 2037, 2100)),
+]
+
+LIMITS = [
+    Row("ulimit -n 256", typed="ulimit -n 256; {}"),
+    refused("ulimit -n 20", "descriptors|open files|ulimit", typed="ulimit -n 20; {}"),
+    Row("ulimit -n 1 million", user="root", typed="ulimit -n 1000000; {}"),
+    Row("ulimit -v 2 GB", typed="ulimit -v 2000000; {}"),
+    refused("ulimit -v 30 MB", "memory|ulimit", typed="ulimit -v 30000; {}"),
+    Row("ulimit -u 200", typed="ulimit -u 200; {}"),
+    refused("ulimit -u 1", "process|thread|fork|Resource|ulimit", typed="ulimit -u 1; {}"),
+    Row("ulimit -f 100 MB", typed="ulimit -f 100000; {}"),
+    refused("ulimit -f 0: nothing can be written", "written|File too large|ulimit", typed="ulimit -f 0; {}"),
+    Row("ulimit -s 512 kB", typed="ulimit -s 512; {}"),
+    Row("ulimit -l 0, -c unlimited, -q 0", typed="ulimit -l 0; ulimit -q 0; ulimit -c unlimited 2>/dev/null; {}"),
+    Row("nice 19", typed="nice -n 19 {}"),
+    Row("one processor", typed="taskset -c 0 {}"),
+    Row("no bwrap: the start says what is weaker", before="without bwrap firejail", tells="sandbox"),
+    Row("no Xvfb", before="without Xvfb"),
+    Row("no slirp4netns", before="without slirp4netns"),
+    Row("DISPLAY of nobody", typed="DISPLAY=:77 XAUTHORITY=/nowhere WAYLAND_DISPLAY=x {}"),
+    refused("a program of ours is not there", "webots-process-guard", "umount build/release/bin; cp -a $BIN/. build/release/bin; rm build/release/bin/webots-process-guard"),
+    refused("a program of ours can't be run", "webots-simulation-server.*(Permission|run|exec|start)|Permission denied",
+            "umount build/release/bin; cp -a $BIN/. build/release/bin; chmod -x build/release/bin/webots-simulation-server"),
+]
+
+FILES = [
+    broken("a configuration in UTF-16", "UTF-16|UTF-8|encod", SESSION, "iconv -t UTF-16", needs=("iconv",)),
+    broken("a configuration with a byte order mark", "", SESSION, "sed '1s/^/\\xef\\xbb\\xbf/'"),
+    broken("a configuration with Windows' line ends", "", SESSION, "sed 's/$/\\r/'"),
+    broken("the port is 19.99e2", "", SESSION, "sed 's/1999/19.99e2/'"),
+    broken("the port is a text", "port", SESSION, "sed 's/1999/\"1999\"/'"),
+    broken("a comma is missing", "local.json:\\d+:\\d+: .*", SESSION, "sed 's/false,/false/'"),
+    broken("an empty configuration", "local.json.*", SESSION, "true"),
+    refused("a configuration that may not be read", "local.json.*(Permission|read)", f"chmod 600 {SESSION}; chown root {SESSION}"),
+    refused("a configuration that is a folder", "local.json", f"rm {SESSION}; mkdir {SESSION}"),
+    refused("a configuration that is a pipe", "local.json", f"rm {SESSION}; mkfifo -m 666 {SESSION}"),
+    refused("a configuration that is a dead link", "local.json|config/session", f"ln -sf /nowhere {SESSION}"),
+    Row("the configuration is removed while it runs", before=f"cp {SESSION} /tmp/kept",
+        check=f"rm {SESSION}; as_user ./server.sh status | grep -i \"can't be read\\|gone\\|missing\" -q; as_user ./server.sh stop | grep -q '^Stopped session'; "
+        f"cp /tmp/kept {SESSION}; as_user ./server.sh start >/dev/null"),
+    Row("the configuration becomes a link while it runs", check=f"cp {SESSION} /srv/elsewhere.json; ln -sf /srv/elsewhere.json {SESSION}; "
+        "as_user ./server.sh status | grep -q 'session server runs'; as_user ./server.sh start | grep -q ^Open"),
+    refused("a name that is none", "config/session/nowhere.json", config="nowhere"),
+    refused("simulationServers is empty", "simulationServers", f"set_key {SESSION} simulationServers '[]'"),
+    Row("the same machine twice", before=f"set_key {SESSION} simulationServers '[\"localhost:2000\",\"localhost:2000\"]'",
+        check="as_user build/release/bin/webots-session-server --check-config config/session/local.json 2>&1 | grep -qi 'twice\\|same'"),
+    Row("viewerUrl is hello", before=f"set_key {SESSION} viewerUrl '\"hello\"'",
+        check="as_user build/release/bin/webots-session-server --check-config config/session/local.json 2>&1 | grep -q viewerUrl"),
+    refused("timeout is \"2h\"", "7200", f"set_key {SIMULATION} timeout '\"2h\"'"),
+    refused("simulationMemory is \"4 GB\"", "4096|megabytes", f"set_key {SIMULATION} simulationMemory '\"4 GB\"'"),
+    refused("sandbox is firejail, which is not installed", "firejail", f"without firejail; set_key {SIMULATION} sandbox '\"firejail\"'"),
+    refused("the simulator is not there", "webotsHome|simulator|webots", f"set_key {SIMULATION} webotsHome '\"/nowhere\"'"),
+    refused("the projects are not there", "projects", f"set_key {SIMULATION} projectsDir '\"/nowhere\"'"),
+    Row("an expired certificate", user="root", config="tls", tells="expired|valid", before="certificate -days -1"),
+    Row("a certificate that is not valid yet", user="root", config="tls", tells="not valid|not yet|valid from", before="future_certificate"),
+    Row("a key of 1024 bits", user="root", config="tls", tells="1024|short|weak", before="key='rsa:1024' certificate -days 9"),
+    refused("a key of another certificate", "key.*(not|other|fit|match|belong)", "certificate -days 9; openssl genrsa -out tls/key.pem 2048 2>/dev/null", user="root", config="tls"),
+    refused("a certificate that is none", "certificate", "mkdir tls; echo hello | tee tls/certificate.pem >tls/key.pem", user="root", config="tls"),
+    refused("a key that has a passphrase", "pass|encrypt", "certificate -days 9; openssl rsa -aes256 -passout pass:x -in tls/key.pem -out /tmp/k 2>/dev/null; cp /tmp/k tls/key.pem",
+            user="root", config="tls"),
+]
+
+ROWS = PLAIN + SCRIPT + FOLDERS + PEOPLE + NETWORK + LOCALES + LIMITS + FILES
