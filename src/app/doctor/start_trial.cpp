@@ -118,7 +118,7 @@ asio::awaitable<core::Finding> try_start(SimulationConfig const& configured, Sim
     auto const executor = co_await asio::this_coro::executor;
     ProjectSources sources(executor, config, machine, silent);
     auto params = launcher_params(config, machine, silent);
-    params.start_timeout = empty_start_limit;
+    params.config.start_timeout = empty_start_limit;
     SimulationLauncher launcher(std::move(params), *machine.processes, clock, silent);
     auto wanted = sources.fetcher().parse(world_url);
     auto progress = std::make_shared<FetchProgress>();
