@@ -192,8 +192,8 @@ struct DockerConfig
     /// `buildNetwork`: where simulators have a network of their own, what a `Dockerfile` of a project runs
     /// while it is built still reaches what Docker's network reaches, private networks among it.
     bool build_network = false;
-    /// `buildCache`, in bytes (gigabytes in the file): images that are kept of builds, since they make the next
-    /// ones fast, may take as much; 0: no limit.
+    /// `buildCache`, in bytes (gigabytes in the file): images that are kept of builds, since they make the
+    /// next ones fast, may take as much; 0: no limit.
     std::uint64_t build_cache = std::uint64_t{20} << 30;
     /// `persistantDockerImages`: present, unused images older than two days are removed, but these
     /// (`repository:tag`).

@@ -15,7 +15,8 @@ namespace {
 using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
-constexpr std::string_view first_line = "webots_cloud folder 3"; // a cache of another version is fetched again
+constexpr std::string_view first_line =
+    "webots_cloud folder 3"; // a cache of another version is fetched again
 constexpr std::string_view last_line = "end";
 constexpr std::string_view letters = "fxld"; // in the order of Kind
 constexpr std::string_view large_letters = "FX";

@@ -287,12 +287,12 @@ BOOST_AUTO_TEST_CASE(the_projects_that_are_there_are_listed_at_the_start)
         project_key("https://forge.org/owner/robots", "main/folder")};
     BOOST_TEST((cache->projects_at_start() == expected));
     BOOST_TEST((adapters::project_key_of(url, "main/folder") == expected.front()));
-    // As older servers have written it.
+    // Half of what was written.
     for (auto const& ref : fs::recursive_directory_iterator(folder / "cache" / "repositories"))
         if (ref.path().parent_path().filename() == "refs")
             std::ofstream(ref.path()) << to_hex(target.commit) << " folder\n";
     reopen();
-    BOOST_TEST(cache->recall(url, "main/folder").value().folder == "folder");
+    BOOST_TEST(!cache->recall(url, "main/folder"));
     BOOST_TEST(cache->projects_at_start().empty());
     cache->make_room();
     reopen();
