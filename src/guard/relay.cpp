@@ -221,27 +221,40 @@ void begin_to_serve(int acceptor, int port)
         _exit(1);
 }
 
-} // namespace
-
-int bind_port(int port)
+/// A socket that has the address to itself, and does not listen yet. Of IPv6 and IPv4, if it is `::`.
+int bind_address(sockaddr const& address, socklen_t size)
 {
-    int const made = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    int const made = socket(address.sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (made < 0)
         return -1;
     int const on = 1;
+    int const off = 0;
     setsockopt(made, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on); // else ports in TIME_WAIT are taken
-    auto const address = address_of(INADDR_ANY, port);
+    if (address.sa_family == AF_INET6)
+        setsockopt(made, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof off);
     // Of two sockets with reusable addresses either may take the port until one listens. So this one listens
     // for a moment, and keeps the port as one whose address is not reusable.
-    int const off = 0;
-    if (bind(made, reinterpret_cast<sockaddr const*>(&address), sizeof address) == 0 &&
-        listen(made, 1) == 0 && setsockopt(made, SOL_SOCKET, SO_REUSEADDR, &off, sizeof off) == 0 &&
-        shutdown(made, SHUT_RD) == 0)
+    if (bind(made, &address, size) == 0 && listen(made, 1) == 0 &&
+        setsockopt(made, SOL_SOCKET, SO_REUSEADDR, &off, sizeof off) == 0 && shutdown(made, SHUT_RD) == 0)
         return made;
     int const error = errno;
     close(made);
     errno = error;
     return -1;
+}
+
+} // namespace
+
+int bind_port(int port)
+{
+    sockaddr_in6 everywhere{};
+    everywhere.sin6_family = AF_INET6;
+    everywhere.sin6_port = htons(static_cast<std::uint16_t>(port));
+    int const made = bind_address(reinterpret_cast<sockaddr const&>(everywhere), sizeof everywhere);
+    if (made >= 0 || (errno != EAFNOSUPPORT && errno != EADDRNOTAVAIL)) // a machine without IPv6
+        return made;
+    auto const address = address_of(INADDR_ANY, port);
+    return bind_address(reinterpret_cast<sockaddr const&>(address), sizeof address);
 }
 
 int bind_broker(char const* path)

@@ -449,6 +449,27 @@ BOOST_AUTO_TEST_CASE(a_port_that_somebody_listens_on_is_not_had)
     }
 }
 
+BOOST_AUTO_TEST_CASE(a_port_is_had_of_ipv6_too_where_browsers_look_for_localhost_first)
+{
+    tcp::acceptor other(context);
+    boost::system::error_code no_ipv6;
+    other.open(tcp::v6(), no_ipv6);
+    if (!no_ipv6)
+        other.bind(tcp::endpoint(asio::ip::address_v6::loopback(), 0), no_ipv6);
+    if (no_ipv6) {
+        BOOST_TEST_MESSAGE("skipped: this machine has no IPv6");
+        return;
+    }
+    other.listen(1);
+    BOOST_TEST((host->hold_port(other.local_endpoint().port()).error() == errc::unavailable));
+    auto const port = hold_some();
+    tcp::acceptor later(context, tcp::v6());
+    boost::system::error_code refused;
+    later.set_option(tcp::acceptor::reuse_address(true));
+    later.bind(tcp::endpoint(asio::ip::address_v6::loopback(), port), refused);
+    BOOST_TEST(refused == asio::error::address_in_use);
+}
+
 BOOST_AUTO_TEST_CASE(
     the_port_of_a_process_is_found_among_those_that_it_may_have_and_not_among_those_of_others)
 {
