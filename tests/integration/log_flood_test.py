@@ -47,14 +47,14 @@ class Floods(unittest.TestCase):
         self.assertGreater(sum(counted), REFUSALS * 9 // 10, text[-2000:])
 
     def test_messages_of_one_websocket(self):
-        with SessionServer([], debug=False) as server:
+        with SessionServer(["127.0.0.1:1"], debug=False) as server:
             wait_until(lambda: "running" in self.log(server, "session"), "the first line")
             with open_websocket(server) as browser:
                 send_all(browser, b"".join(frame(0x81, b"%06d" % i + b"x" * 100) for i in range(REFUSALS)) + frame(0x89, b"end"))
             self.check_end(server, "session", "Session server running", "Ignored client message: ")
 
     def test_requests_for_what_is_not_there(self):
-        with SessionServer([], debug=False) as server:
+        with SessionServer(["127.0.0.1:1"], debug=False) as server:
             wait_until(lambda: "running" in self.log(server, "session"), "the first line")
             requests = b"".join(b"GET /nope/%06d HTTP/1.1\r\nHost: localhost\r\n\r\n" % i for i in range(REFUSALS))
             with connect(server) as client:

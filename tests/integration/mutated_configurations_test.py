@@ -168,7 +168,7 @@ def mutated(config, properties, chance):
             own = number if line.before.strip().startswith(("/", "#")) else number + line.before.count("\n")
             is_told = line.before and (own - 1, line.expected, True) in planted and "comments" in line.expected  # with the one right before it
             planted += [] if is_told else [(own, line.expected, line.is_fault)]
-        if end == "comma" and line is lines[-1]:
+        if end == "comma" and line is lines[-1] and "no quote at its end" not in line.expected:  # to which the comma would belong
             planted.append((number + line.before.count("\n"), "not JSON: there is a comma after the last entry", True))
             line.comma = ","
         colon = " " if line.text.startswith("\0") else ": "
