@@ -205,7 +205,7 @@ class Sites(unittest.TestCase):
     def test_our_servers_take_their_configurations(self):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "1",
-                            "-subj", "/CN=sim.example.org", "-addext", "subjectAltName=DNS:sim.example.org", "-keyout", f"{folder}/tls.key",
+                            "-subj", "/CN=sim.example.org", "-addext", "subjectAltName=DNS:sim.example.org,DNS:*.webots.svc.cluster.local", "-keyout", f"{folder}/tls.key",
                             "-out", f"{folder}/tls.crt"], check=True, capture_output=True)
             with open(f"{folder}/word", "w", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
                 file.write("0123456789abcdef")
