@@ -87,7 +87,7 @@ int check_each_key(std::span<core::ConfigTopic const> topics)
     for (auto const& topic : topics)
         for (auto const& key : topic.keys)
             if (key.value.read && key.value.owner) {
-                check_key<Config>(topics, key);
+                BOOST_TEST_CONTEXT(key.name) check_key<Config>(topics, key);
                 ++checked;
             }
     return checked;
