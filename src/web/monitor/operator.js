@@ -97,9 +97,8 @@ const operator = (() => {
     const input = make("input", {type: "password", id: "token", autocomplete: "current-password", required: ""});
     dialog({
       title: "Operator",
-      text: "Type the operator's token. On the server's machine it is in the file that \"operatorTokenFile\" of the configuration names: "
-        + "./server.sh start makes log/.operator-token. If there is none, the section \"Who is the operator\" of docs/access.md says how to make one. "
-        + "This page remembers the token until you stop being the operator, reload it, or leave it.",
+      text: "Type the operator's token. It is in a file on the server's machine, log/.operator-token after ./server.sh start, or the one that "
+        + "\"operatorTokenFile\" names. This page forgets it when you reload or leave it.",
       label: "Continue",
       field: make("p", {}, make("label", {for: "token"}, "Token"), input),
       action: async () => {
