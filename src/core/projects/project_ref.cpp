@@ -23,8 +23,10 @@ bool is_alphanumeric(char c) noexcept
 /// arguments of a command, so they may begin with a hyphen.
 bool is_forge_name(std::string_view name)
 {
-    constexpr std::size_t longest = 255; // of a group of GitLab
-    return name.size() <= longest && core::is_safe_file_name(name) &&
+    constexpr std::size_t longest = 255;          // of a group of GitLab
+    bool const is_hidden = name.starts_with('.'); // `.github` is a repository
+    return !name.empty() && name.size() <= longest &&
+           !(is_hidden && (name == "." || name == ".." || core::is_dot_git(name))) &&
            std::all_of(name.begin(), name.end(),
                        [](char c) { return is_alphanumeric(c) || c == '-' || c == '_' || c == '.'; });
 }
