@@ -190,7 +190,7 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
         with open_browser(1280, 800, trusting=True) as browser:
             for folder in ("", f"/{site.session.port}"):
                 browser.get(f"https://localhost:{site.port}{folder}/viewer/")
-                light = browser.find_element("id", "light-text")
+                light, = wait_until(lambda: browser.find_elements("id", "light-text"), lambda: f"{browser.current_url}: {browser.page_source[:1000]}")
                 wait_until(lambda: light.text == "A machine is free.", lambda: f"{folder}/viewer/ says: {light.text}")
 
 
