@@ -189,14 +189,15 @@ class FindPackage(PackagingTest):
             program = os.path.join(self.prefix, "bin", f"webots-{kind}-server")
             done = subprocess.run([program, "--check-config"], cwd="/", text=True, capture_output=True)
             expected = os.path.join(self.prefix, "share", "webots_cloud", "config", kind, "local.json")
-            # That file is for ./server.sh, in whose folder there are the projects, and the password of teachers that it makes. Which names
+            # That file is for ./server.sh, in whose folder there are the projects, and the password and the token that it makes. Which names
             # are found and which ports are free depends on this machine.
-            missing = {"session": ['key "teacherPasswordFile": there is no file /log/.teacher-password'],
-                       "simulation": ['key "projectsDir": the folder /examples/demo_projects', 'key "keyDir": the folder /website/key']}[kind]
+            token = 'key "operatorTokenFile": there is no file /log/.operator-token'
+            missing = {"session": ['key "teacherPasswordFile": there is no file /log/.teacher-password', token],
+                       "simulation": [token, 'key "projectsDir": the folder /examples/demo_projects', 'key "keyDir": the folder /website/key']}[kind]
             warnings = [line for line in done.stderr.splitlines() if " can't be resolved: " not in line and ": port" not in line]
             self.assertEqual((done.returncode, done.stdout.splitlines()[0], len(warnings)), (0, f"{expected}: good", len(missing)), done.stderr)
             for found, folder in zip(warnings, missing):
-                self.assertIn(f"{expected}: {folder}", found)
+                self.assertRegex(found, rf"{re.escape(expected)}(:\d+:\d+)?: {re.escape(folder)}")
 
     # Decision 002: a linker that leaves the library out says nothing.
     def test_the_simulation_server_allocates_without_locks(self):

@@ -22,6 +22,7 @@ WEB = os.path.join(HERE, "../../src/web")
 QR_LIBRARY = os.path.join(HERE, "../../build/node/src/web/class/node_modules/qr/index.js")  # installed by ./test.sh
 TYPES = {".json": "application/json", ".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 ROLES = {"1999": "session", "2000": "simulation", "2001": "simulator"}
+GOODBYE_SECONDS = 5
 FRAME_SECONDS = 0.05
 HEARTBEAT_SECONDS = 0.5
 STEP_MS = 32
@@ -180,8 +181,13 @@ class FakeCloud:
 
     @staticmethod
     async def _stop(server):
+        """A page that is kept for the button Back may answer no goodbye any more."""
         server.close()
-        await server.wait_closed()
+        closed = asyncio.ensure_future(server.wait_closed())
+        await asyncio.wait([closed], timeout=GOODBYE_SECONDS)
+        for socket in list(server.websockets):
+            socket.transport.abort()
+        await closed
 
     async def _send(self, role, text):
         for socket in list(self._sockets[role]):
