@@ -43,12 +43,13 @@ result<> check_network(Configured<Config>& configured, fs::path const& origin)
         return {};
     auto const found = app::find_certificate_faults(network, configured.config.address);
     auto const& finding = found.finding;
+    if (found.is_usable && finding.verdict == core::Verdict::ok)
+        return {};
     auto const line = concat(place_of(origin, found.key), ": ", finding.found, ". ",
                              finding.remedy.substr(0, finding.remedy.size() - finding.remedy.ends_with('.')));
     if (!found.is_usable)
         return Failure(errc::invalid_config, line);
-    if (finding.verdict != core::Verdict::ok)
-        configured.warnings.push_back(line);
+    configured.warnings.push_back(line);
     return {};
 }
 

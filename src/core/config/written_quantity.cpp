@@ -91,22 +91,15 @@ constexpr std::array units{
     Unit{"per hour", Measure::rate, 1.0 / (60 * 60)},
 };
 
-/// In what a key counts.
-struct KeyUnit
-{
-    std::string_view name;
-    Measure measure;
-    double size;
-};
-
+/// In what keys count.
 constexpr std::array key_units{
-    KeyUnit{"seconds", Measure::time, 1},
-    KeyUnit{"days", Measure::time, day},
-    KeyUnit{"megabytes", Measure::size, megabyte},
-    KeyUnit{"gigabytes", Measure::size, gigabyte},
-    KeyUnit{"percent", Measure::share, 1},
-    KeyUnit{"bytes per second", Measure::rate, 1},
-    KeyUnit{"requests per second", Measure::rate, 1},
+    Unit{"seconds", Measure::time, 1},
+    Unit{"days", Measure::time, day},
+    Unit{"megabytes", Measure::size, megabyte},
+    Unit{"gigabytes", Measure::size, gigabyte},
+    Unit{"percent", Measure::share, 1},
+    Unit{"bytes per second", Measure::rate, 1},
+    Unit{"requests per second", Measure::rate, 1},
 };
 
 /// A number and the unit behind it, in small letters; empty: none is.
@@ -204,7 +197,7 @@ std::optional<double> sum_of(std::vector<Part> const& parts, ConfigKey const& ke
 {
     if (parts.size() == 1 && parts[0].unit.empty())
         return parts[0].number;
-    auto const* const unit = std::ranges::find(key_units, key.unit, &KeyUnit::name);
+    auto const* const unit = std::ranges::find(key_units, key.unit, &Unit::name);
     if (unit == key_units.end())
         return std::nullopt;
     double sum = 0;
