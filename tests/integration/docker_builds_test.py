@@ -10,13 +10,11 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser  # noqa: E402
-from support.docker import DockerDaemon, compose_command, python_files  # noqa: E402
+from support.docker import IMAGES, TEMPLATES, DockerDaemon, compose_command, docker_server, python_files  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.projects import demo_project  # noqa: E402
-from support.servers import SimulationServer, main, program, wait_until  # noqa: E402
+from support.servers import main, program, wait_until  # noqa: E402
 
-TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
-IMAGES = "webots_cloud_test/webots"
 WARNING = "Builds of projects may use Docker's own list of system calls"
 # Each says whether it could; what packages need is last.
 ATTEMPTS = r"""import ctypes, os, socket, stat
@@ -71,9 +69,7 @@ class Builds(unittest.IsolatedAsyncioTestCase):
             dockerfile = f"FROM {IMAGES}:R2025a-ubuntu22.04\nCOPY . /usr/local/webots-project\n" \
                          "RUN /usr/bin/python3 /usr/local/webots-project/attempts.py\n"
             git.add_repository("o", "curious", {**robots, "attempts.py": ATTEMPTS, "Dockerfile": dockerfile})
-            server = stack.enter_context(SimulationServer(
-                environment={**docker.environment, "DISPLAY": ""}, docker=True, forges=[git.url], allowedRepositories=[git.url],
-                maxConnections=8, dockerDir=TEMPLATES, dockerImages=IMAGES, display="none", projectDockerfiles=True))
+            server = stack.enter_context(docker_server(docker, git, display="none", projectDockerfiles=True))
             async with Browser(server) as browser:
                 await browser.start(f"{git.url}/o/curious/blob/main/worlds/arena.wbt")
                 await browser.hear("webots:")

@@ -17,14 +17,12 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support import own_network  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
-from support.docker import DockerDaemon, compose_command, python_files  # noqa: E402
+from support.docker import IMAGES, DockerDaemon, compose_command, docker_server, python_files  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.processes import end_with_parent  # noqa: E402
 from support.projects import demo_project  # noqa: E402
-from support.servers import SimulationServer, main, program, wait_until  # noqa: E402
+from support.servers import main, program, wait_until  # noqa: E402
 
-TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
-IMAGES = "webots_cloud_test/webots"
 EDITOR = "benjamindeleze/theia-test:test3"
 # Stands in for the editor, which listens on this port of its container.
 LISTEN = "import socket\nlistener = socket.create_server(('', 3000))\nwhile True:\n    listener.accept()[0].close()"
@@ -84,11 +82,7 @@ def curious():
 
 class Neighbours(unittest.IsolatedAsyncioTestCase):
     def server(self, **settings):
-        server = SimulationServer(environment={**docker.environment, "DISPLAY": ""}, docker=True, forges=[git.url],
-                                  allowedRepositories=[git.url], maxConnections=8, dockerDir=TEMPLATES, dockerImages=IMAGES,
-                                  display="none", **settings)
-        self.enterContext(server)
-        return server
+        return self.enterContext(docker_server(docker, git, display="none", **settings))
 
     def world(self, repository):
         return f"{git.url}/o/{repository}/blob/main/worlds/arena.wbt"

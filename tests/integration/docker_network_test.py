@@ -15,14 +15,12 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support import own_network  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
-from support.docker import DockerDaemon, compose_command  # noqa: E402
+from support.docker import IMAGES, DockerDaemon, compose_command, docker_server  # noqa: E402
 from support.frames import Frames, running  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.projects import demo_project  # noqa: E402
-from support.servers import SimulationServer, main, port_is_free, program, wait_until  # noqa: E402
+from support.servers import main, port_is_free, program, wait_until  # noqa: E402
 
-TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
-IMAGES = "webots_cloud_test/webots"
 # Says "open" where somebody answers; bash, since the image has no Python.
 CONNECT = 'exec 3<>/dev/tcp/{}/{} && echo open'
 
@@ -45,11 +43,7 @@ def setUpModule():
 
 class Network(unittest.IsolatedAsyncioTestCase):
     def server(self, **settings):
-        server = SimulationServer(environment={**docker.environment, "DISPLAY": ""}, docker=True, forges=[git.url],
-                                  allowedRepositories=[git.url], maxConnections=8, dockerDir=TEMPLATES, dockerImages=IMAGES,
-                                  display="none", **settings)
-        self.enterContext(server)
-        return server
+        return self.enterContext(docker_server(docker, git, display="none", **settings))
 
     def reaches(self, container, address, port):
         said = docker.attempt("exec", container, "/usr/bin/timeout", "3", "/bin/bash", "-c", CONNECT.format(address, port))

@@ -12,13 +12,11 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support import own_network  # noqa: E402
-from support.docker import DockerDaemon, compose_command, python_files, xvfb_files  # noqa: E402
+from support.docker import IMAGES, TEMPLATES, DockerDaemon, compose_command, python_files, xvfb_files  # noqa: E402
 from support.sandbox_contract import Contract, named  # noqa: E402
 from support.servers import descendants, main, program  # noqa: E402
 from support.x_display import X_DISPLAY  # noqa: E402
 
-TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
-IMAGES = "webots_cloud_test/webots"
 PROJECT = "/usr/local/webots-project"  # in the container
 X_SOCKETS = "/tmp/.X11-unix"
 

@@ -17,13 +17,11 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, websockets  # noqa: E402
-from support.docker import DockerDaemon, compose_command  # noqa: E402
+from support.docker import IMAGES, TEMPLATES, DockerDaemon, compose_command, docker_server  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.projects import demo_project  # noqa: E402
 from support.servers import SimulationServer, descendants, main, port_is_free, program, wait_until  # noqa: E402
 
-TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
-IMAGES = "webots_cloud_test/webots"
 EDITOR = "benjamindeleze/theia-test:test3"
 CREATING = ("loading: Creating", "loading: Network ", "loading: Container ")  # compose 1, compose 2 with networks and without
 NOTHING = {"containers": [], "networks": [], "volumes": []}
@@ -84,9 +82,7 @@ def world(repository, file="arena.wbt", folder=""):
 
 
 def server(**settings):
-    environment = {**docker.environment, "DISPLAY": ""}
-    return SimulationServer(environment=environment, docker=True, forges=[git.url], allowedRepositories=[git.url], maxConnections=8,
-                            **{"dockerDir": TEMPLATES, "dockerImages": IMAGES, **settings})
+    return docker_server(docker, git, **settings)
 
 
 def guards_of(folder):

@@ -16,10 +16,13 @@ import tempfile
 import unittest
 
 from .processes import Startable, end_with_parent
-from .servers import end, is_alive, wait_until
+from .servers import SimulationServer, end, is_alive, wait_until
 
 # Debian's programs, whatever else is on the machine.
 PATH = "/usr/sbin:/usr/bin:/sbin:/bin:/usr/local/sbin:/usr/local/bin"
+# What ships for containers, and Webots in them as far as tests have it.
+TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
+IMAGES = "webots_cloud_test/webots"
 # Another compose than the machine's: the program of Debian 13's package docker-compose, say.
 COMPOSE_PLUGIN = os.environ.get("COMPOSE_PLUGIN")
 
@@ -40,6 +43,13 @@ def compose_command():
     if shutil.which("docker-compose", path=PATH):
         return ["docker-compose"]
     raise unittest.SkipTest("there is no docker compose (package docker-compose)")
+
+
+def docker_server(docker, git, **settings):
+    """A simulation server that runs the projects of this git server in containers."""
+    environment = {**docker.environment, "DISPLAY": ""}
+    return SimulationServer(environment=environment, docker=True, forges=[git.url], allowedRepositories=[git.url], maxConnections=8,
+                            **{"dockerDir": TEMPLATES, "dockerImages": IMAGES, **settings})
 
 
 def libraries_of(program):
