@@ -66,10 +66,11 @@ HttpResponse page_refused(std::string_view origin)
     return response;
 }
 
-/// Through a session server that does not pass passwords on a browser need not ask for one.
+/// Through a session server that does not pass passwords on a browser need not ask for one, nor forget the
+/// session server's own.
 HttpResponse password_kept_back()
 {
-    return HttpResponse(401, std::string(core::html_type),
+    return HttpResponse(403, std::string(core::html_type),
                         "The monitor of this server asks for a password, which the session server in front "
                         "passes on to trusted machines only: its operator can add \"trusted\": true to this "
                         "machine in \"simulationServers\".");

@@ -175,6 +175,9 @@ class Hostile(Site):
             self.visit(browser, "/evil")
             self.assertIn("/monitor?image", self.hostile.asked)
             self.assertEqual(self.hostile.authorizations, [])
+            # By the 401 with which the machine has answered the browser did not forget what the site's own monitor asks for.
+            browser.get(f"{self.url}/monitor")
+            wait_until(lambda: browser.find_elements("tag name", "main"), lambda: f"no monitor: {browser.page_source[:500]}")
 
 
 class Honest(Site):

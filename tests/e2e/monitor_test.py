@@ -449,6 +449,8 @@ class Operator(unittest.TestCase):
         served, live = self.browser.execute_script(ROWS, self.site.get("/monitor"), "servers")
         self.assertEqual(served, [row.replace('<td class="action">', "\0").split("\0")[0] + "</tr>" for row in live])
 
+        kept = self.browser.execute_script("return JSON.stringify([{...sessionStorage}, {...localStorage}, document.cookie, Object.values(window).map(String)])")
+        self.assertNotIn(TOKEN, kept, "other pages of this origin could read it")
         self.open(self.site.url)  # a reload: the page has forgotten the token, which is kept where no other page can read it
         self.assertEqual(self.texts("#operator"), ["Operator"])
         self.become_operator()

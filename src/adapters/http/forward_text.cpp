@@ -121,6 +121,12 @@ ForwardedResponse::Progress ForwardedResponse::parse(std::string_view received)
         bool const accepts = status_ == 101;
         if (accepts && !is_upgrade_)
             return Progress::malformed;
+        if (status_ == 401 && !core::is_answer_header_passed("WWW-Authenticate", kind_)) {
+            // A browser would forget the password that it knows for this site: it is not this server's to
+            // refuse.
+            status_ = 403;
+            reason_ = "Forbidden";
+        }
         if (status_ >= first_final_status || accepts) {
             keeps_connection_ = parser.keep_alive();
             auto const length = parser.content_length();

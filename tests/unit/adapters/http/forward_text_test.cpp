@@ -157,6 +157,17 @@ BOOST_AUTO_TEST_CASE(an_answer_with_a_length_leaves_the_browsers_connection_open
     BOOST_TEST(head_of(response, false) == head + "Connection: close\r\n\r\n");
 }
 
+// A browser that gets 401 where it sent a password forgets it, for all of the site.
+BOOST_AUTO_TEST_CASE(passwords_are_refused_only_by_servers_that_may_ask_for_them)
+{
+    auto const text = "HTTP/1.1 401 Unauthorized\r\nWWW-Authenticate: Basic\r\nContent-Length: 2\r\n\r\nno";
+    std::string const rest = "Content-Length: 2\r\nConnection: keep-alive\r\n\r\n";
+    for (auto const kind : {UpstreamKind::simulation, UpstreamKind::machine})
+        BOOST_TEST(head_of(parsed(text, false, false, kind)) == "HTTP/1.1 403 Forbidden\r\n" + rest);
+    BOOST_TEST(head_of(parsed(text, false, false, UpstreamKind::trusted_monitor)) ==
+               "HTTP/1.1 401 Unauthorized\r\nWWW-Authenticate: Basic\r\n" + rest);
+}
+
 // The browser would read the rest of the body as the answer to its next request.
 BOOST_AUTO_TEST_CASE(the_length_of_a_body_can_not_be_taken_away)
 {
