@@ -1,5 +1,6 @@
 #include "unit_test.hpp"
 
+#include "async/cancellation.hpp"
 #include "async/deadline.hpp"
 #include "async/first_of.hpp"
 #include "async/task_count.hpp"
@@ -73,7 +74,68 @@ asio::awaitable<result<int>> number_of(asio::awaitable<result<>> parts)
     co_return ended ? result<int>(0) : result<int>(ended.error());
 }
 
+/// Work that must come to its end, and what its caller can still do.
+struct Story
+{
+    bool is_done = false;
+    bool was_cancelled = false;
+    bool was_cancelled_before = false;
+    bool has_waited_again = false;
+};
+
+asio::awaitable<void> tidy_up(Clock& clock, Story& story, bool fails)
+{
+    (void)co_await clock.wait_until(clock.now() + 5s);
+    story.was_cancelled = co_await async::is_cancelled();
+    story.is_done = true;
+    if (fails)
+        throw std::runtime_error("broken");
+}
+
+asio::awaitable<result<>> caller(Clock& clock, Story& story, bool fails)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    try {
+        co_await async::uncancellable(tidy_up(clock, story, fails));
+    } catch (std::runtime_error const&) {
+        // as it would have been without
+    }
+    story.was_cancelled_before = co_await async::is_cancelled();
+    auto const waited = co_await clock.wait_until(clock.now() + 10s); // can be cancelled again
+    story.has_waited_again = waited.has_value();
+    co_return waited;
+}
+
 } // namespace
+
+BOOST_AUTO_TEST_CASE(work_that_must_not_be_cancelled_comes_to_its_end_and_its_caller_knows)
+{
+    testing::World world;
+    Story story;
+    auto const began = world.clock.now();
+    auto const ended = world.run(
+        async::with_deadline(world.clock, began + 2s, number_of(caller(world.clock, story, false))));
+    BOOST_TEST(story.is_done);
+    BOOST_TEST(!story.was_cancelled);
+    BOOST_TEST(story.was_cancelled_before);
+    BOOST_TEST((ended.error() == errc::timed_out));
+}
+
+BOOST_AUTO_TEST_CASE(whoever_has_awaited_such_work_can_be_cancelled_as_before_also_when_it_has_failed)
+{
+    for (bool const fails : {false, true}) {
+        testing::World world;
+        Story story;
+        auto const began = world.clock.now();
+        auto const ended = world.run(
+            async::with_deadline(world.clock, began + 7s, number_of(caller(world.clock, story, fails))));
+        BOOST_TEST(story.is_done);
+        BOOST_TEST(!story.was_cancelled_before);
+        BOOST_TEST(!story.has_waited_again);
+        BOOST_TEST((world.clock.now() - began == Duration(7s)));
+        BOOST_TEST((ended.error() == errc::timed_out));
+    }
+}
 
 BOOST_AUTO_TEST_CASE(the_first_of_several_parts_ends_the_others_and_its_result_counts)
 {
