@@ -68,7 +68,7 @@ export async function openPage(t, browser, { patience = PATIENCE_MS, ...options 
 }
 
 // Firefox reports what it could not load, or was told not to, like an error in a script; Chromium writes it to the console.
-const isOfBrowser = (text) => BROWSER === 'firefox' &&
+export const isOfBrowser = (text) => BROWSER === 'firefox' &&
   /^(Firefox can’t establish a connection|The connection to \S+ was interrupted|Cross-Origin Request Blocked:|Loading module from|Content-Security-Policy:|XML Parsing Error:)/.test(text);
 
 // Chromium drops what it is loading when a network interface of the machine comes or goes, as other tests make them do: then `goto` loads
