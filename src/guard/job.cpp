@@ -3,6 +3,7 @@
 // reads them.
 #include "job.hpp"
 
+#include "clock.hpp"
 #include "folders.hpp"
 
 #include <dirent.h>
@@ -13,7 +14,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 
 namespace webots_cloud::guard {
 namespace {
@@ -244,13 +244,6 @@ void tell_port(Job& job, pid_t program)
 }
 
 } // namespace
-
-long now_ms()
-{
-    timespec time{};
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return time.tv_sec * 1000 + time.tv_nsec / 1'000'000;
-}
 
 bool tell(Job const& job, char const* what)
 {

@@ -21,8 +21,6 @@ struct Job
     bool folder_has_too_many = false;
 };
 
-long now_ms();
-
 /// Takes `--job FIRST LAST [--receive FOLDER DIRECTORY]` out of a command line.   Returns: false when it is
 /// malformed.
 bool take_job(int& argc, char**& argv, Job& job);

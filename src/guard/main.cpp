@@ -22,7 +22,8 @@
 // SIGKILL after GRACE_MS milliseconds. End-of-file, which also arrives when the server dies for whatever
 // reason, kills the tree at once. The server passes a socket because a pipe could be opened again by its name
 // in /proc, and so be kept open by somebody else. In case somebody gets hold of the socket all the same, the
-// guard also watches its parent, the server, and treats its death as end-of-file. The guard is the child
+// guard also watches its parent, the server, and treats its death as end-of-file. The guard writes to it too:
+// "L" once, as soon as the port of a program with a network of its own is reached. The guard is the child
 // subreaper of the tree: processes that leave their parents (fork twice, setsid) become its children, so that
 // it finds all of them without looking up any names. It exits only when no process of the tree is left, with
 // the status of the program.
@@ -108,6 +109,7 @@
 // only a few pages of memory.
 
 #include "attempts.hpp"
+#include "clock.hpp"
 #include "container_network.hpp"
 #include "display.hpp"
 #include "exit_status.hpp"
@@ -125,6 +127,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/signalfd.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -253,7 +256,8 @@ class Guard
 public:
     /// `owner`: a pidfd of the server, or -1.
     Guard(Started started, long grace_ms, int owner)
-        : program_(started.process), report_(started.report), grace_ms_(grace_ms), owner_(owner)
+        : program_(started.process), report_(started.report), listening_(started.listening),
+          grace_ms_(grace_ms), owner_(owner)
     {}
 
     /// For a program without a control socket, which is killed after `time_ms`.
@@ -289,12 +293,14 @@ public:
 
 private:
     void read_control();
+    void pass_report_on();
     void reap();
     void terminate();
     int wait_time();
 
     pid_t program_;
     int report_;
+    int listening_; ///< -1: nothing is to be heard of the program's port any more.
     long grace_ms_;
     int owner_;         ///< -1: it is not watched, or has died.
     long kill_at_ = -1; ///< When the grace period ends; -1: nobody has asked the program to end.
@@ -327,6 +333,19 @@ void Guard::read_control()
         control_open_ = false;
         killing_ = true;
     }
+}
+
+/// Tells the server that the program's port can be reached. On a node of a cluster our next look finds that.
+void Guard::pass_report_on()
+{
+    char byte = 0;
+    ssize_t const size = read(listening_, &byte, 1);
+    if (size < 0 && errno == EINTR)
+        return;
+    if (size == 1 && control_open_)
+        send(STDIN_FILENO, "L", 1, MSG_NOSIGNAL | MSG_DONTWAIT);
+    close(listening_); // also at its end: the relay is gone, and the program with it
+    listening_ = -1;
 }
 
 void Guard::reap()
@@ -366,10 +385,14 @@ int Guard::watch(int signals)
             killing_ = true;
         if (killing_)
             kill_children();
-        pollfd watched[] = {
-            {signals, POLLIN, 0}, {control_open_ ? STDIN_FILENO : -1, POLLIN, 0}, {owner_, POLLIN, 0}};
-        if (poll(watched, 3, wait_time()) <= 0)
+        pollfd watched[] = {{signals, POLLIN, 0},
+                            {control_open_ ? STDIN_FILENO : -1, POLLIN, 0},
+                            {owner_, POLLIN, 0},
+                            {listening_, POLLIN, 0}};
+        if (poll(watched, 4, wait_time()) <= 0)
             continue;
+        if (watched[3].revents != 0)
+            pass_report_on();
         if (watched[1].revents != 0)
             read_control();
         if (watched[2].revents != 0) {

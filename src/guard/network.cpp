@@ -26,6 +26,7 @@
 #include <cstdio>
 #include <cstring>
 #include <initializer_list>
+#include <utility>
 
 namespace webots_cloud::guard {
 namespace {
@@ -75,11 +76,11 @@ void keep_network_capability()
         prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_RAISE, CAP_NET_ADMIN, 0, 0);
 }
 
-[[noreturn]] void pass_on(int acceptor, Network const& network)
+[[noreturn]] void pass_on(int acceptor, Network const& network, int report)
 {
     if (network.broker)
-        hand_out(acceptor, network.port);
-    relay(acceptor, network.port);
+        hand_out(acceptor, network.port, report);
+    relay(acceptor, network.port, report);
 }
 
 bool say_ready(int socket)
@@ -183,10 +184,10 @@ int bind_for(Network const& network)
     return network.broker ? bind_broker(network.broker) : bind_port(network.port);
 }
 
-void serve(int acceptor, Network const& network, OwnAddresses& own)
+void serve(int acceptor, Network const& network, OwnAddresses& own, int report)
 {
     if (network.reach != Network::Reach::internet)
-        pass_on(acceptor, network);
+        pass_on(acceptor, network, report);
     forbid_tracing(); // who had our sockets would have a say over the routes
     std::signal(SIGTERM, SIG_IGN);
     pid_t const us = getpid();
@@ -194,10 +195,11 @@ void serve(int acceptor, Network const& network, OwnAddresses& own)
     if (server == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         if (getppid() == us)
-            pass_on(acceptor, network);
+            pass_on(acceptor, network, report);
         _exit(1);
     }
     close(acceptor);
+    close(report);
     if (acceptor < 0 || server > 0)
         own.follow(server);
     _exit(1); // whoever started us ends the program then
@@ -211,8 +213,10 @@ bool NetworkSetup::prepare()
         return false;
     if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends_) != 0)
         return false;
-    acceptor_ = network_.port > 0 ? bind_for(network_) : -1;
-    return network_.port == 0 || acceptor_ >= 0;
+    if (network_.port == 0)
+        return true;
+    acceptor_ = bind_for(network_);
+    return acceptor_ >= 0 && pipe2(report_, O_CLOEXEC) == 0;
 }
 
 NetworkFailure NetworkSetup::complete_inside()
@@ -220,6 +224,7 @@ NetworkFailure NetworkSetup::complete_inside()
     if (!network_.is_own())
         return NetworkFailure::nothing;
     close(ends_[0]);
+    close(std::exchange(report_[0], -1));
     if (!bring_loopback_up())
         return NetworkFailure::loopback;
     int const dumpable = prctl(PR_GET_DUMPABLE);
@@ -239,9 +244,10 @@ NetworkFailure NetworkSetup::complete_inside()
     if (relay_ == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL); // without a PID namespace nothing else ends it with the tree
         let_go_of_input_and_output();
-        serve(acceptor_, network_, own_);
+        serve(acceptor_, network_, own_, report_[1]);
     }
     close(acceptor_);
+    close(report_[1]);
     return relay_ > 0 ? NetworkFailure::nothing : NetworkFailure::relay;
 }
 
@@ -251,6 +257,7 @@ void NetworkSetup::complete_outside(pid_t inside)
         return;
     close(ends_[1]);
     close(acceptor_);
+    close(report_[1]);
     await_word_of(inside, ends_[0]);
     if (await_ready(ends_[0]) &&
         (network_.reach != Network::Reach::internet || attach_slirp(network_, inside)))

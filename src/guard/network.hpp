@@ -4,6 +4,9 @@
 #include "own_addresses.hpp"
 
 #include <sys/types.h>
+#include <unistd.h>
+
+#include <utility>
 
 namespace webots_cloud::guard {
 
@@ -53,10 +56,10 @@ bool apply_rules(char const* ip, char const* rules);
 /// The socket on which the program is reached from outside, bound.   -1: `errno` says why not.
 int bind_for(Network const& network);
 
-/// In the network of the program, on a socket of `bind_for` (-1: there is none): `relay` or `hand_out`. Where
-/// the program reaches the internet it also follows `own`, the addresses of the machine, and exits when it
-/// can't.
-[[noreturn]] void serve(int acceptor, Network const& network, OwnAddresses& own);
+/// In the network of the program, on a socket of `bind_for` (-1: there is none): `relay` or `hand_out`, with
+/// `report`. Where the program reaches the internet it also follows `own`, the addresses of the machine, and
+/// exits when it can't.
+[[noreturn]] void serve(int acceptor, Network const& network, OwnAddresses& own, int report);
 
 /// Starts slirp4netns, which passes on what the processes of the network of `inside` send as connections of
 /// its own. It is our child, and ends with us. Returns when it works.
@@ -68,6 +71,8 @@ class NetworkSetup
 {
 public:
     explicit NetworkSetup(Network const& network) : network_(network) {}
+    NetworkSetup(NetworkSetup const&) = delete;
+    ~NetworkSetup() { close(report_[0]); }
 
     /// Before the namespaces are made.   False: `errno` says why not.
     bool prepare();
@@ -82,12 +87,17 @@ public:
     /// Outside: does its part for the process that calls `complete_inside`, which says what failed.
     void complete_outside(pid_t inside);
 
+    /// Outside, after that: a pipe in which a byte comes when the program is reached, and nothing else;
+    /// the caller's. -1: there is no relay.
+    int take_report() { return std::exchange(report_[0], -1); }
+
 private:
     Network const& network_;
     OwnAddresses own_;
     int acceptor_ = -1;
     pid_t relay_ = -1;
-    int ends_[2] = {-1, -1}; ///< Outside, inside: a byte each says that its side is ready.
+    int ends_[2] = {-1, -1};   ///< Outside, inside: a byte each says that its side is ready.
+    int report_[2] = {-1, -1}; ///< Of the relay: the end to read from, outside, and its own.
 };
 
 } // namespace webots_cloud::guard

@@ -236,6 +236,7 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
     if (child > 0 && size == 1 && (working & is_running) != 0) {
         started.process = child;
         started.report = ends[0];
+        started.listening = network.take_report();
         started.own_proc = (working & has_own_proc) != 0;
         started.read_only = (working & has_read_only) != 0;
         started.error = 0;

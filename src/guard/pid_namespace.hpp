@@ -56,6 +56,8 @@ struct Started
     pid_t process = -1;
     /// Not -1: a pipe to which that process writes the program's wait status (an int) before it ends.
     int report = -1;
+    /// Not -1: a pipe in which one byte comes when the program's port can be reached from outside.
+    int listening = -1;
     bool own_proc = false;  ///< It has a `/proc` of its own, which shows only processes of the namespace.
     bool read_only = false; ///< It can change none of the folders that must be read-only.
     int error = 0;          ///< `errno`, where there is no namespace.

@@ -3,7 +3,9 @@
 // alone: it must stay small and must not fail.
 #include "relay.hpp"
 
+#include "clock.hpp"
 #include "descriptor.hpp"
+#include "listener.hpp"
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -29,10 +31,9 @@ namespace {
 
 // Webots serves a browser with a WebSocket, a stream of pictures and a few files at a time.
 constexpr std::size_t max_connections = 128;
-// Between two looks for the listener. The kernel walks all its connections for each, which takes
-// milliseconds: a program that loads for long is looked at less often.
-constexpr int first_look_ms = 25;
-constexpr int max_look_ms = 250;
+// Between two looks for the listener, in the kernel's tables, for which it walks all connections of the
+// machine. Where it can be asked for listeners alone (listener.hpp), looks are closer.
+constexpr int min_table_look_ms = 25;
 constexpr int connect_limit_ms = 10'000; // of a program that accepts nothing
 constexpr int pause_ms = 100;            // of descriptors, say, that are used up
 constexpr int backlog = 64;
@@ -65,12 +66,19 @@ bool has_listener(char const* table, unsigned port)
     return found;
 }
 
-void await_listener(unsigned port)
+/// Waits until somebody listens on the port.
+void await_listener(int port)
 {
-    int pause = first_look_ms;
-    while (!has_listener("/proc/self/net/tcp", port) && !has_listener("/proc/self/net/tcp6", port)) {
-        poll(nullptr, 0, pause);
-        pause = std::min(pause + pause / 10, max_look_ms);
+    ListenerQuestion question(port);
+    auto const begin = now_ms();
+    for (;;) {
+        auto const answer = question.ask();
+        bool const is_known = answer != ListenerQuestion::Answer::unknown;
+        if (is_known ? answer == ListenerQuestion::Answer::yes
+                     : has_listener("/proc/self/net/tcp", static_cast<unsigned>(port)) ||
+                           has_listener("/proc/self/net/tcp6", static_cast<unsigned>(port)))
+            return;
+        poll(nullptr, 0, std::max(pause_between_looks(now_ms() - begin), is_known ? 0 : min_table_look_ms));
     }
 }
 
@@ -210,15 +218,18 @@ int connected_inside(int port)
 }
 
 /// Of both ways to serve. Nobody may trace us, and we end with our namespace. Returns once the program
-/// listens.
-void begin_to_serve(int acceptor, int port)
+/// listens, and so do we, which `report` is told.
+void begin_to_serve(int acceptor, int port, int report)
 {
     prctl(PR_SET_DUMPABLE, 0);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     std::signal(SIGTERM, SIG_IGN);
-    await_listener(static_cast<unsigned>(port));
+    await_listener(port);
     if (!start_listening(acceptor))
         _exit(1);
+    if (report >= 0 && write(report, "l", 1) != 1)
+        _exit(1); // the guard has ended
+    close(report);
 }
 
 /// A socket that has the address to itself, and does not listen yet. Of IPv6 and IPv4, if it is `::`.
@@ -283,9 +294,9 @@ bool start_listening(int acceptor)
     return listen(acceptor, backlog) == 0;
 }
 
-void relay(int acceptor, int port)
+void relay(int acceptor, int port, int report)
 {
-    begin_to_serve(acceptor, port);
+    begin_to_serve(acceptor, port, report);
     std::vector<std::unique_ptr<Connection>> connections;
     std::vector<pollfd> watched;
     for (;;) {
@@ -305,9 +316,9 @@ void relay(int acceptor, int port)
     }
 }
 
-void hand_out(int acceptor, int port)
+void hand_out(int acceptor, int port, int report)
 {
-    begin_to_serve(acceptor, port);
+    begin_to_serve(acceptor, port, report);
     for (;;) {
         int const asker = accept4(acceptor, nullptr, nullptr, SOCK_CLOEXEC);
         if (asker < 0) {

@@ -19,12 +19,13 @@ bool start_listening(int acceptor);
 /// `acceptor`, a socket of `bind_port` from the machine's namespace, and passes their bytes on. What cannot
 /// be written yet is not read, so a slow peer costs one buffer. Does not return.
 ///
+/// `report` gets a byte, and is closed, as soon as connections are accepted; -1: nobody wants to know.
 /// Nobody may trace us from now on: who had our sockets would have the network of the machine.
-[[noreturn]] void relay(int acceptor, int port);
+[[noreturn]] void relay(int acceptor, int port, int report);
 
 /// As `relay`, on a socket of `bind_broker`; but whoever connects gets a socket that is connected to the
 /// program (SCM_RIGHTS), and then the end of the conversation; the end alone when the program can't be
 /// reached. No byte of theirs passes through us, and no port of the machine is open.
-[[noreturn]] void hand_out(int acceptor, int port);
+[[noreturn]] void hand_out(int acceptor, int port, int report);
 
 } // namespace webots_cloud::guard

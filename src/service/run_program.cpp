@@ -35,8 +35,8 @@ asio::awaitable<result<std::string>> run_program(ProcessHost& processes, Clock& 
             co_return Failure(errc::start_failed,
                               reason.empty() ? core::concat(name, " has failed") : std::move(reason));
         }
-        auto const& bytes = std::get<ProcessOutput>(*event).bytes;
-        output.append(bytes, 0, max_output - std::min(max_output, output.size()));
+        if (auto const* printed = std::get_if<ProcessOutput>(&*event))
+            output.append(printed->bytes, 0, max_output - std::min(max_output, output.size()));
     }
 }
 

@@ -127,6 +127,8 @@ public:
             limits_.memory = plan_.job_memory;
         for (auto& note : plan_.notes)
             events_.emplace_back(SimulationProgress(std::move(note)));
+        if (process_->listening() != Listening::unknown)
+            state_.is_told_of_port();
     }
 
     asio::awaitable<result<SimulationEvent>> next_event() override;
@@ -166,6 +168,7 @@ private:
     void on_heartbeat();
     void note_activity(bool running);
     void note_lines_left_out();
+    void note_listening();
     void announce(std::uint16_t port);
     asio::awaitable<void> announce_if_listening();
     asio::awaitable<void> restart_controller();
@@ -209,6 +212,7 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
             continue;
         }
         tell_news();
+        note_listening();
         if (!events_.empty())
             break;
         auto const deadline = next_deadline();
@@ -232,7 +236,7 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
             co_return event.error();
         if (auto const* output = std::get_if<ProcessOutput>(&*event)) {
             on_output(output->bytes);
-        } else {
+        } else if (std::holds_alternative<ExitStatus>(*event)) {
             if (runtime_.leaves_something()) // not cancellable: the end is reported when nothing is left
                 co_await async::uncancellable(runtime_.clear(plan_));
             auto const usage = co_await process_->usage();
@@ -483,6 +487,14 @@ void RunningSimulation::note_activity(bool running)
     if (!events_.empty() && std::holds_alternative<SimulationActivity>(events_.back()))
         events_.pop_back();
     events_.emplace_back(SimulationActivity(running));
+}
+
+/// A simulator in a network of its own is ready as soon as its guard can be connected to and its world is
+/// loaded, whichever comes first.
+void RunningSimulation::note_listening()
+{
+    if (process_->listening() == Listening::yes && state_.port_opened())
+        announce(lease_.port());
 }
 
 void RunningSimulation::announce(std::uint16_t port)

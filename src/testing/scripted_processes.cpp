@@ -53,6 +53,20 @@ ScriptedProcesses::Script& ScriptedProcesses::Script::listens(std::vector<std::u
     return *this;
 }
 
+ScriptedProcesses::Script& ScriptedProcesses::Script::is_reached()
+{
+    is_reported_ = true;
+    steps_.push_back({delay_, ProcessListens()});
+    delay_ = Duration::zero();
+    return *this;
+}
+
+ScriptedProcesses::Script& ScriptedProcesses::Script::is_never_reached()
+{
+    is_reported_ = true;
+    return *this;
+}
+
 ScriptedProcesses::Script& ScriptedProcesses::Script::consumes(double cpu_percent, std::uint64_t memory_bytes)
 {
     cpu_percent_ = cpu_percent;
@@ -97,8 +111,15 @@ public:
     }
 
     int id() const noexcept override { return id_; }
+    Listening listening() const noexcept override
+    {
+        if (!script_.is_reported_)
+            return Listening::unknown;
+        return is_reached_ ? Listening::yes : Listening::no;
+    }
     asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
     {
+        host_.looks_.push_back(host_.clock_.now());
         std::uint16_t lowest = 0;
         for (auto const port : script_.ports_)
             if (port >= first && port <= last && (lowest == 0 || port < lowest))
@@ -153,6 +174,7 @@ public:
             auto const event = script_.steps_.front().event;
             due_ = scripted;
             script_.steps_.pop_front();
+            is_reached_ = is_reached_ || std::holds_alternative<ProcessListens>(event);
             if (auto const* status = std::get_if<ExitStatus>(&event))
                 ended(*status);
             else
@@ -202,6 +224,7 @@ private:
     async::Wakeup asked_;
     std::optional<TimePoint> end_;
     std::optional<ExitStatus> status_;
+    bool is_reached_ = false;
 };
 
 class ScriptedHold final : public PortHold

@@ -21,7 +21,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.ports import free_port  # noqa: E402
-from support.servers import descendants, is_alive, main, program, wait_until  # noqa: E402
+from support.servers import PATIENCE, descendants, is_alive, main, program, wait_until  # noqa: E402
 
 NOBODY = 65534
 # Children of every kind, which are found by a mark in their command lines; the shell then waits.
@@ -54,10 +54,10 @@ class Guard(unittest.TestCase):
         cls.guard = shutil.copy(program("webots-process-guard"), cls.folder)  # where everybody may reach it
         cls.count = 0
 
-    def start(self, script, grace=200, cleanup=(), options=(), name="sh", stderr=None):
+    def start(self, script, grace=200, cleanup=(), options=(), name="sh", stderr=None, control=subprocess.PIPE):
         last = ["--cleanup", str(len(cleanup)), *cleanup] if cleanup else []
         last += options
-        started = subprocess.Popen([*self.arguments, self.guard, *last, str(grace), "/bin/sh", "-c", script, name], stdin=subprocess.PIPE,
+        started = subprocess.Popen([*self.arguments, self.guard, *last, str(grace), "/bin/sh", "-c", script, name], stdin=control,
                                    stdout=subprocess.PIPE, stderr=stderr, text=True, user=self.user, group=self.user, extra_groups=self.user and [])
         self.addCleanup(self.end, started)
         return started
@@ -258,6 +258,37 @@ class Guard(unittest.TestCase):
             inside.sendall(b"x")  # and the program ends
             self.assertEqual(started.wait(30), 0)
         self.assertEqual(os.listdir(folder), [])
+
+    def test_the_server_is_told_once_when_the_port_of_a_program_is_reached(self):
+        """Not before, and it need not look: the first attempt to connect succeeds."""
+        self.require_namespace()
+        port, broker = free_port(), os.path.join(self.own_folder("broker_"), "socket")
+        listen = f"import socket; s = socket.create_server(('127.0.0.1', {port})); s.accept()[0].sendall(b'hello'); s.accept()"
+        reach = {"port": ((), lambda: socket.create_connection(("127.0.0.1", port))), "broker": (("--broker", broker), lambda: handed_out(broker))}
+        for way, (options, connect) in reach.items():
+            with self.subTest(way):
+                ours, theirs = socket.socketpair()
+                with ours, theirs:
+                    ours.setblocking(False)
+                    os.mkfifo(os.path.join(self.folder, way))
+                    os.chmod(os.path.join(self.folder, way), 0o666)
+                    started = self.start(f'read line < {self.folder}/{way}; exec /usr/bin/python3 -c "{listen}"', control=theirs,
+                                         options=["--network", "none", str(port), *options])
+                    theirs.close()
+                    self.assertRaises(BlockingIOError, ours.recv, 1)
+                    ours.settimeout(PATIENCE)
+                    self.let(way)
+                    self.assertEqual(ours.recv(10), b"L")
+                    with contextlib.closing(connect()) as inside:
+                        self.assertEqual(inside.recv(5, socket.MSG_WAITALL), b"hello")
+                    ours.sendall(b"T")
+                    started.wait(30)
+                    self.assertEqual(ours.recv(10), b"")
+
+    def let(self, name):
+        """Ends the wait of a program that reads this pipe."""
+        with open(os.path.join(self.folder, name), "w") as pipe:
+            print(file=pipe)
 
     def test_a_program_ends_with_what_leads_to_its_port(self):
         self.require_namespace()

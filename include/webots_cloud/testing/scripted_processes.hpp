@@ -37,6 +37,10 @@ public:
         Script& stubborn();
         /// Listens on these ports instead.
         Script& listens(std::vector<std::uint16_t> ports);
+        /// Its guard says that it listens, at this point, and nobody has to look.
+        Script& is_reached();
+        /// Its guard never says that, although nobody has to look.
+        Script& is_never_reached();
         /// Keeps this share of one processor busy all the time, in percent, and this much memory.
         Script& consumes(double cpu_percent, std::uint64_t memory_bytes);
         /// Keeps this share of one graphics processor busy all the time, in percent.
@@ -60,6 +64,7 @@ public:
         Duration delay_{};
         bool stubborn_ = false;
         bool has_ports_ = false;
+        bool is_reported_ = false;
         std::vector<std::uint16_t> ports_;
         double cpu_percent_ = 0;
         std::uint64_t memory_bytes_ = 0;
@@ -81,6 +86,9 @@ public:
     int alive() const noexcept { return alive_; }
     std::size_t held() const noexcept { return held_.size(); }
 
+    /// When somebody looked for the port of a program.
+    std::vector<TimePoint> const& looks() const noexcept { return looks_; }
+
     std::set<std::uint16_t> taken; ///< Ports that other programs use.
     Fuse fuse;
 
@@ -92,6 +100,7 @@ private:
     std::deque<Script> scripts_;
     std::vector<ProcessSpec> started_;
     std::set<std::uint16_t> held_;
+    std::vector<TimePoint> looks_;
     int alive_ = 0;
 };
 

@@ -179,7 +179,21 @@ struct ProcessUsage
     bool operator==(ProcessUsage const&) const = default;
 };
 
-using ProcessEvent = std::variant<ProcessOutput, ExitStatus>;
+/// The program listens now: see `Process::listening`.
+struct ProcessListens
+{
+    ProcessListens() = default;
+};
+
+using ProcessEvent = std::variant<ProcessOutput, ExitStatus, ProcessListens>;
+
+/// What is known of the port of a tree with a network of its own, `ProcessNetwork::port`.
+enum class Listening
+{
+    unknown, ///< Nobody says when that changes: `Process::listening_port` finds it.
+    no,      ///< Nothing accepts connections yet.
+    yes      ///< From now on whoever connects from outside reaches it.
+};
 
 /// A running program and everything it started.
 ///
@@ -193,15 +207,20 @@ public:
     /// The number of the process, for logs.
     virtual int id() const noexcept = 0;
 
-    /// The next output, or finally how the program ended: then no process of its tree is alive. Further calls
-    /// return the same.
+    /// The next output, once that the program listens (if `listening` was `no`), or finally how the program
+    /// ended: then no process of its tree is alive. Further calls return the same.
     ///
-    /// Cancellation: terminal; an output that arrives at that very moment may be lost, the end never is.
+    /// Cancellation: terminal; an event that arrives at that very moment may be lost, the end never is, nor
+    /// what `listening` says.
     virtual boost::asio::awaitable<result<ProcessEvent>> next_event() = 0;
 
     /// Asks the tree to end: SIGTERM now, SIGKILL after the grace. Returns at once; the exit is an event as
     /// usual.
     virtual void terminate() noexcept = 0;
+
+    /// Whether the program listens, as far as that is told without being asked for. The program could claim
+    /// no more than that.
+    virtual Listening listening() const noexcept { return Listening::unknown; }
 
     /// The lowest TCP port from `first` to `last` that some process of the tree listens on; 0: none. Only the
     /// processes that are nearest to the root are looked at, in bounded number. Of a tree with a network of

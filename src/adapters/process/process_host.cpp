@@ -18,12 +18,14 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/connect_pipe.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/readable_pipe.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/writable_pipe.hpp>
 #include <boost/process/v2/process.hpp>
 
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -222,27 +224,100 @@ asio::awaitable<ProcessUsage> known_usage(ProcessUsage usage)
     co_return usage;
 }
 
+/// Our end of the control socket, on which the guard says one thing: that the port of the program is reached.
+class GuardReport : public std::enable_shared_from_this<GuardReport>
+{
+public:
+    /// Nobody hears it where no watch (epoll) is left for `control`: then `is_heard` is false. Lifetime:
+    /// `output` must outlive `close`.
+    GuardReport(asio::readable_pipe& output, int control) : output_(output), control_(output.get_executor())
+    {
+        adapters::FileDescriptor copy(::fcntl(control, F_DUPFD_CLOEXEC, 0));
+        boost::system::error_code error;
+        control_.assign(copy.get(), error);
+        is_heard_ = !error;
+        if (is_heard_)
+            (void)copy.release();
+    }
+
+    /// While somebody reads the output: that is cancelled when the report comes.
+    void watch()
+    {
+        watches_ = true;
+        if (!control_.is_open())
+            return;
+        control_.async_wait(asio::posix::descriptor_base::wait_read,
+                            [self = shared_from_this()](boost::system::error_code const& error) {
+                                if (!error && self->control_.is_open())
+                                    self->read();
+                            });
+    }
+
+    void rest()
+    {
+        watches_ = false;
+        boost::system::error_code ignored;
+        control_.cancel(ignored);
+    }
+
+    void close()
+    {
+        boost::system::error_code ignored;
+        control_.close(ignored);
+    }
+
+    bool is_heard() const noexcept { return is_heard_; }
+    bool has_come() const noexcept { return has_come_; }
+
+    /// Whether it has come, and was not taken yet.
+    bool take() noexcept { return has_come_ && !std::exchange(is_taken_, true); }
+
+private:
+    void read()
+    {
+        char byte = 0;
+        has_come_ = ::recv(control_.native_handle(), &byte, 1, MSG_DONTWAIT) == 1;
+        close(); // also when the guard has ended
+        boost::system::error_code ignored;
+        if (has_come_ && watches_)
+            output_.cancel(ignored);
+    }
+
+    asio::readable_pipe& output_;
+    asio::posix::stream_descriptor control_;
+    bool is_heard_ = false;
+    bool watches_ = false;
+    bool has_come_ = false;
+    bool is_taken_ = false;
+};
+
 class GuardedProcess final : public Process
 {
 public:
     GuardedProcess(process::process guard, adapters::FileDescriptor control, asio::readable_pipe output,
-                   std::shared_ptr<InspectionThreads> inspection, ProcessNetwork const& network,
-                   ProcessLimits const& limits, std::shared_ptr<OwnGroup const> group,
-                   std::shared_ptr<GraphicsTimes const> graphics)
+                   std::shared_ptr<InspectionThreads> inspection, ProcessSpec const& spec,
+                   std::shared_ptr<OwnGroup const> group, std::shared_ptr<GraphicsTimes const> graphics)
         : guard_(std::move(guard)), control_(std::move(control)), output_(std::move(output)),
-          inspection_(std::move(inspection)),
-          relayed_port_(network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : network.port),
-          broker_(network.broker.native()), group_(std::move(group)), graphics_(std::move(graphics)),
-          limits_(limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id())),
+          inspection_(std::move(inspection)), relayed_port_(port_of(spec.network)),
+          broker_(spec.network.broker.native()), group_(std::move(group)), graphics_(std::move(graphics)),
+          limits_(spec.limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id())),
           orphans_(
               std::make_shared<adapters::Orphans>(output_, guard_.id(), [threads = inspection_](ino_t pipe) {
                   return end_writers_aside(threads, pipe);
               }))
-    {}
+    {
+        if (!reports_port(spec))
+            return;
+        auto report = std::make_shared<GuardReport>(output_, control_.get());
+        if (report->is_heard())
+            report_ = std::move(report);
+    }
 
     ~GuardedProcess() override
     {
         orphans_->rest();
+        if (report_)
+            report_->close();
         if (!status_) {
             auto const executor = output_.get_executor();
             control_ = adapters::FileDescriptor(); // end-of-file: the guard kills the tree at once
@@ -255,6 +330,12 @@ public:
     int id() const noexcept override { return guard_.id(); }
     asio::awaitable<result<ProcessEvent>> next_event() override;
     void terminate() noexcept override;
+    Listening listening() const noexcept override
+    {
+        if (!report_)
+            return Listening::unknown;
+        return report_->has_come() ? Listening::yes : Listening::no;
+    }
     asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
     {
         FindPort work{guard_.id(), first, last, relayed_port_, broker_};
@@ -266,6 +347,17 @@ public:
     }
 
 private:
+    static std::uint16_t port_of(ProcessNetwork const& network)
+    {
+        return network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : network.port;
+    }
+
+    /// Whether our own guard relays the port, and the relay is not the container's.
+    static bool reports_port(ProcessSpec const& spec)
+    {
+        return port_of(spec.network) != 0 && spec.container.docker.empty() && spec.remote.command.empty();
+    }
+
     TakeUsage usage_to_take() const;
 
     process::process guard_;
@@ -280,6 +372,7 @@ private:
     ProcessUsage refusals_; ///< Once it has ended.
     std::shared_ptr<WakeCalls> wake_calls_;
     std::shared_ptr<adapters::Orphans> orphans_;
+    std::shared_ptr<GuardReport> report_; ///< Null: nobody says when the port is reached.
     std::array<char, read_size> buffer_;
     std::optional<ExitStatus> status_;
 };
@@ -302,11 +395,19 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
 {
     if (status_)
         co_return ProcessEvent(*status_);
+    if (report_ && report_->take())
+        co_return ProcessEvent(ProcessListens());
     if (output_.is_open()) {
         orphans_->watch();
+        if (report_)
+            report_->watch();
         auto const [error, size] =
             co_await output_.async_read_some(asio::buffer(buffer_), asio::as_tuple(asio::use_awaitable));
         orphans_->rest();
+        if (report_)
+            report_->rest();
+        if (error == asio::error::operation_aborted && report_ && report_->take())
+            co_return ProcessEvent(ProcessListens());
         if (error == asio::error::operation_aborted && !orphans_->are_out_of_reach())
             co_return Failure(error);
         if (!error)
@@ -589,8 +690,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         co_return guard.error();
     }
     co_return std::make_unique<GuardedProcess>(std::move(*guard), std::move(control), std::move(output),
-                                               inspection_, spec.network, spec.limits, std::move(group),
-                                               graphics_);
+                                               inspection_, spec, std::move(group), graphics_);
 }
 
 /// A bound socket that refuses connections; without one: `errno` says why.

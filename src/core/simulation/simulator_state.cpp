@@ -35,10 +35,16 @@ SimulatorState::Heartbeat SimulatorState::heartbeat(TimePoint now)
 {
     if (state_ == State::loading) {
         state_ = State::opening;
-        next_look_ = now;
+        if (!is_told_)
+            first_look_ = next_look_ = now;
         return Heartbeat::world_is_loaded;
     }
     return was_ready_ ? Heartbeat::pass_on : Heartbeat::ignore;
+}
+
+void SimulatorState::looked_for_port(TimePoint now)
+{
+    next_look_ = now + std::clamp<Duration>((now - first_look_) / 8, shortest_pause, longest_pause);
 }
 
 bool SimulatorState::port_opened()

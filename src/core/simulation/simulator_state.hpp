@@ -44,8 +44,10 @@ public:
         stop_unloaded      ///< It has not loaded the world in time.
     };
 
-    /// How long to wait between looks for the port.
-    static constexpr auto port_check_interval = std::chrono::milliseconds(200);
+    /// How long to wait between looks for the port: an eighth of the time since the first one, and neither
+    /// less nor more than this. So it is found at most an eighth too late.
+    static constexpr auto shortest_pause = std::chrono::milliseconds(1);
+    static constexpr auto longest_pause = std::chrono::milliseconds(200);
 
     /// `start_timeout` begins now, and again with each `start_goes_on`; `timeout` is the longest life, which
     /// can be extended by `extendable` in all.
@@ -66,8 +68,11 @@ public:
 
     Heartbeat heartbeat(TimePoint now);
 
+    /// Somebody will say when the port is open: nobody has to look for it.
+    void is_told_of_port() { is_told_ = true; }
+
     /// The owner has looked for the port in vain.
-    void looked_for_port(TimePoint now) { next_look_ = now + port_check_interval; }
+    void looked_for_port(TimePoint now);
 
     /// The port is open.   Returns: whether the simulator is ready now; not when it is being stopped.
     bool port_opened();
@@ -123,11 +128,13 @@ private:
     Duration extendable_;
     TimePoint ends_at_;
     TimePoint ready_by_;
+    TimePoint first_look_ = TimePoint::max();
     TimePoint next_look_ = TimePoint::max();
     State state_ = State::loading;
     bool was_ready_ = false;
     bool restart_wanted_ = false;
     bool waits_ = false;
+    bool is_told_ = false;
     std::optional<bool> early_activity_;
     Failure stop_reason_;
 };

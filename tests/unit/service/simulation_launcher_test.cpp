@@ -535,6 +535,42 @@ BOOST_AUTO_TEST_CASE(a_start_that_takes_too_long_is_ended_to_the_second_and_what
     }
 }
 
+// The guard is the one who knows: between its word and ours no time may pass.
+BOOST_AUTO_TEST_CASE(a_simulator_whose_guard_says_that_it_listens_is_ready_at_once_and_nobody_looks)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints(".\n").after(3ms).is_reached().after(1s).prints(".\n").exits(0);
+    auto const simulation = fixture.launched();
+    BOOST_TEST(fixture.next<SimulationReady>(*simulation).port == 2001);
+    BOOST_TEST((fixture.elapsed() == 3ms));
+    fixture.next<SimulationHeartbeat>(*simulation);
+    BOOST_TEST(fixture.next<SimulationEnded>(*simulation).was_ready);
+    BOOST_TEST(fixture.processes.looks().empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_simulator_that_listens_before_its_world_is_loaded_is_ready_when_that_is)
+{
+    Fixture fixture;
+    fixture.processes.expect().is_reached().after(5s).prints("loading\n.\n");
+    auto const simulation = fixture.launched();
+    fixture.next<SimulationReady>(*simulation);
+    BOOST_TEST((fixture.elapsed() == 5s));
+    BOOST_TEST(fixture.processes.looks().empty());
+    simulation->terminate();
+    fixture.next<SimulationEnded>(*simulation);
+}
+
+BOOST_AUTO_TEST_CASE(a_guard_that_never_says_so_ends_the_start_at_its_limit)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints(".\n").is_never_reached();
+    auto const simulation = fixture.launched();
+    auto const ended = fixture.next<SimulationEnded>(*simulation);
+    BOOST_TEST(ended.reason.message() == "Webots loaded the world but opened no port within 300 s.");
+    BOOST_TEST((fixture.elapsed() == 300s));
+    BOOST_TEST(fixture.processes.looks().empty());
+}
+
 // The time limit counts from the start, whether or not anybody has asked for events.
 BOOST_AUTO_TEST_CASE(a_simulation_that_nobody_has_asked_about_is_ended_at_its_limit_when_somebody_does)
 {

@@ -41,6 +41,7 @@ struct Outcome
 
     std::string output;
     ExitStatus status;
+    int reports = 0; ///< That it listens.
 };
 
 /// Reads until the program ends, or has printed `text`.
@@ -55,9 +56,24 @@ asio::awaitable<Outcome> watch(Process& process, std::string text)
             outcome.status = *status;
             break;
         }
-        outcome.output += std::get<ProcessOutput>(*event).bytes;
+        if (auto const* printed = std::get_if<ProcessOutput>(&*event))
+            outcome.output += printed->bytes;
+        else
+            ++outcome.reports;
     }
     co_return outcome;
+}
+
+/// Reads until the program is said to listen.   Returns: whether that has been said.
+asio::awaitable<bool> watch_for_listener(Process& process)
+{
+    for (;;) {
+        auto const event = co_await process.next_event();
+        if (!event || std::holds_alternative<ExitStatus>(*event))
+            co_return false;
+        if (std::holds_alternative<ProcessListens>(*event))
+            co_return true;
+    }
 }
 
 /// Stops a process that the guard has just begun to make, as a rule before its first instruction.
@@ -108,6 +124,31 @@ struct ProcessHostFixture
     {
         auto const process = start_shell(std::move(script));
         return run(watch(*process, ""));
+    }
+
+    /// A program that has printed a line, and will listen in a network of its own. Null: there can be none.
+    std::unique_ptr<Process> start_listener()
+    {
+        tcp::acceptor free(context, tcp::endpoint(tcp::v4(), 0));
+        spec.network.reach = ProcessNetwork::Reach::none;
+        spec.network.port = free.local_endpoint().port();
+        free.close();
+        auto process = start_shell("echo ready; exec /usr/bin/python3 -c \"import signal, socket; server = "
+                                   "socket.create_server(('', " +
+                                   std::to_string(spec.network.port) + ")); signal.pause()\"");
+        if (run(watch(*process, "ready\n")).status == ExitStatus())
+            return process;
+        BOOST_TEST_MESSAGE("skipped: networks can't be made here");
+        return nullptr;
+    }
+
+    /// What keeps us from being connected.
+    boost::system::error_code connect_to(std::uint16_t port)
+    {
+        tcp::socket socket(context);
+        boost::system::error_code error;
+        socket.connect(tcp::endpoint(asio::ip::address_v4::loopback(), port), error);
+        return error;
     }
 
     fs::path folder = fs::canonical(fs::temp_directory_path()) /
@@ -343,6 +384,36 @@ BOOST_AUTO_TEST_CASE(what_all_processes_of_a_tree_use_of_graphics_processors_is_
     run(watch(*process, "ready\n"));
     auto const tree = adapters::process_tree(process->id(), 100).processes.size();
     BOOST_TEST((run(process->usage()).graphics == std::chrono::seconds(3) * static_cast<int>(tree)));
+}
+
+// The program and its port are in a network of their own, whose guard relays connections: only it knows when.
+BOOST_AUTO_TEST_CASE(a_guard_that_relays_a_port_says_when_whoever_connects_reaches_the_program)
+{
+    auto const process = start_listener();
+    if (!process)
+        return;
+    BOOST_TEST((process->listening() == Listening::no));
+    BOOST_TEST_REQUIRE(run(watch_for_listener(*process)));
+    BOOST_TEST((process->listening() == Listening::yes));
+    BOOST_TEST(!connect_to(spec.network.port)); // the first attempt succeeds
+    process->terminate();
+    BOOST_TEST(run(watch(*process, "")).reports == 0); // it is said once
+}
+
+BOOST_AUTO_TEST_CASE(what_a_guard_says_while_nobody_reads_is_not_lost)
+{
+    auto const process = start_listener();
+    if (!process)
+        return;
+    while (connect_to(spec.network.port))
+        continue;
+    BOOST_TEST(run(watch_for_listener(*process)));
+}
+
+BOOST_AUTO_TEST_CASE(of_a_program_in_the_network_of_the_machine_nobody_says_when_it_listens)
+{
+    auto const process = start_shell("echo ready; exec /bin/sleep 600");
+    BOOST_TEST((process->listening() == Listening::unknown));
 }
 
 BOOST_AUTO_TEST_CASE(an_answer_may_come_when_the_process_has_gone)

@@ -44,6 +44,8 @@ void tell(SimulatorState& simulator, std::string_view event)
         (void)simulator.heartbeat(at(10s));
     else if (event == "no port")
         simulator.looked_for_port(at(10s));
+    else if (event == "told")
+        simulator.is_told_of_port();
     else if (event == "port")
         (void)simulator.port_opened();
     else if (event == "goes on")
@@ -94,7 +96,10 @@ BOOST_AUTO_TEST_CASE(each_event_leads_to_one_state_and_one_deadline)
         {{"port"}, loading, false, at(300s), Due::stop_unloaded, Pulse::world_is_loaded},
         {{"heartbeat"}, opening, false, at(10s), Due::look_for_port, Pulse::ignore},
         {{"heartbeat", "heartbeat"}, opening, false, at(10s), Due::look_for_port, Pulse::ignore},
-        {{"heartbeat", "no port"}, opening, false, at(10s + 200ms), Due::look_for_port, Pulse::ignore},
+        {{"heartbeat", "no port"}, opening, false, at(10s + 1ms), Due::look_for_port, Pulse::ignore},
+        {{"told", "heartbeat"}, opening, false, at(300s), Due::stop_without_port, Pulse::ignore},
+        {{"told", "heartbeat", "port"}, ready, true, at(600s), Due::stop_at_time_limit, Pulse::pass_on},
+        {{"told", "port"}, loading, false, at(300s), Due::stop_unloaded, Pulse::world_is_loaded},
         {{"heartbeat", "port"}, ready, true, at(600s), Due::stop_at_time_limit, Pulse::pass_on},
         {{"heartbeat", "port", "port"}, ready, true, at(600s), Due::stop_at_time_limit, Pulse::pass_on},
         {{"heartbeat", "port", "goes on"}, ready, true, at(600s), Due::stop_at_time_limit, Pulse::pass_on},
@@ -125,6 +130,32 @@ BOOST_AUTO_TEST_CASE(each_event_leads_to_one_state_and_one_deadline)
             BOOST_TEST((simulator.heartbeat(at(10s)) == row.heartbeat));
         }
     }
+}
+
+// Who is looked for every 200 ms is found 100 ms too late on average: most of a start that takes 40 ms.
+BOOST_AUTO_TEST_CASE(a_port_is_looked_for_so_often_that_it_is_found_an_eighth_too_late_at_most)
+{
+    for (auto const opens : {1ms, 7ms, 40ms, 100ms, 1000ms, 1599ms}) {
+        auto simulator = started();
+        (void)simulator.heartbeat(at(0ms));
+        Duration found{};
+        while ((found = simulator.deadline() - TimePoint()) < opens)
+            simulator.looked_for_port(at(found));
+        BOOST_TEST((found <= opens + std::max<Duration>(opens / 8, 1ms)), opens.count());
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_port_that_stays_closed_is_looked_for_a_few_times_a_second)
+{
+    auto simulator = started();
+    (void)simulator.heartbeat(at(0s));
+    int looks = 0;
+    for (TimePoint look; (look = simulator.deadline()) < at(2s); ++looks)
+        simulator.looked_for_port(look);
+    BOOST_TEST(looks < 60);
+    auto const next = simulator.deadline();
+    simulator.looked_for_port(next);
+    BOOST_TEST((simulator.deadline() == next + 200ms));
 }
 
 BOOST_AUTO_TEST_CASE(the_time_limit_comes_before_all_other_reasons)
