@@ -1,17 +1,23 @@
 // Starts Xvfb where only the program sees its socket and password, and then becomes the program. Its memory
-// and time count as the program's, since it lives in the same namespaces and groups.
+// and time count as the program's, since it lives in the same namespaces and groups. Getting ready takes it
+// longer than all else that we do for a start, so the program does not wait for it: the socket listens first.
 #include "display.hpp"
 
+#include "clock.hpp"
 #include "exit_status.hpp"
+#include "network.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/random.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/types.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,20 +28,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
+#include <utility>
 
 namespace webots_cloud::guard {
 namespace {
 
 constexpr char const* display_folder = "/tmp/.X11-unix";
 constexpr char const* authority_file = "/tmp/.X11-unix/authority";
-
-long now_ms()
-{
-    timespec time{};
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return time.tv_sec * 1000 + time.tv_nsec / 1'000'000;
-}
 
 /// X servers of others than root want to find it.
 void make_folder()
@@ -111,22 +110,83 @@ bool write_authority()
     return written;
 }
 
-/// In the child: executes the X server, which writes its number to `ready` when it takes connections.
-[[noreturn]] void execute_server(char const* server, char const* display, int ready, int output)
+/// The display of a program.
+struct Display
 {
+    char name[16] = ""; ///< `:<number>`
+    int acceptor = -1;  ///< Its socket, which listens; -1: the X server makes it.
+};
+
+/// Whether an X server takes over a socket that listens already: then it names the function for that of
+/// systemd's library.
+bool takes_sockets(char const* server)
+{
+    constexpr char name[] = "sd_listen_fds";
+    int const file = open(server, O_RDONLY | O_CLOEXEC);
+    struct stat status
+    {};
+    bool found = false;
+    if (file >= 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > 0) {
+        auto const size = static_cast<std::size_t>(status.st_size);
+        void* const bytes = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
+        if (bytes != MAP_FAILED) {
+            found = memmem(bytes, size, name, sizeof name - 1) != nullptr;
+            munmap(bytes, size);
+        }
+    }
+    close(file);
+    return found;
+}
+
+/// A socket of the display that listens.   -1: there is none.
+int listen_on(char const* display)
+{
+    constexpr int backlog = 128; // of connections that wait until the X server is ready
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::snprintf(address.sun_path, sizeof address.sun_path, "%s/X%s", display_folder, display + 1);
+    int const made = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (made >= 0 && bind(made, reinterpret_cast<sockaddr const*>(&address), sizeof address) == 0 &&
+        listen(made, backlog) == 0)
+        return made;
+    close(made);
+    return -1;
+}
+
+/// Gives the X server the socket as sd_listen_fds(3) describes it: as descriptor 3. `environment` gets the
+/// variables for it.
+void pass_socket(int acceptor, char const** environment)
+{
+    constexpr int first_passed = 3; // SD_LISTEN_FDS_START
+    static char process[32];
+    std::snprintf(process, sizeof process, "LISTEN_PID=%d", getpid());
+    environment[0] = "LISTEN_FDS=1";
+    environment[1] = process;
+    if (acceptor == first_passed)
+        fcntl(acceptor, F_SETFD, 0);
+    else
+        dup2(acceptor, first_passed);
+}
+
+/// In the child: executes the X server, which writes its number to `ready` when it takes connections.
+[[noreturn]] void execute_server(char const* server, Display const& display, int ready, int output)
+{
+    constexpr int beyond_passed = 4; // descriptors
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     dup2(output, STDOUT_FILENO);
     dup2(output, STDERR_FILENO);
-    fcntl(ready, F_SETFD, 0);
+    ready = fcntl(ready, F_DUPFD, beyond_passed);
     char ready_fd[16];
     std::snprintf(ready_fd, sizeof ready_fd, "%d", ready);
     // "local" are the abstract sockets, which all programs of a network namespace reach.
-    char const* const argv[] = {server,         display,     "-displayfd", ready_fd,       "-auth",
-                                authority_file, "-nolisten", "tcp",        "-nolisten",    "local",
-                                "-noreset",     "-screen",   "0",          "1280x1024x24", "+extension",
+    char const* const argv[] = {server,         display.name, "-displayfd", ready_fd,       "-auth",
+                                authority_file, "-nolisten",  "tcp",        "-nolisten",    "local",
+                                "-noreset",     "-screen",    "0",          "1280x1024x24", "+extension",
                                 "GLX",          nullptr};
     // Not the program's own: libraries that are meant for it could keep the X server from starting.
-    char const* const environment[] = {"PATH=/usr/local/bin:/usr/bin:/bin", nullptr};
+    char const* environment[] = {"PATH=/usr/local/bin:/usr/bin:/bin", nullptr, nullptr, nullptr};
+    if (display.acceptor >= 0)
+        pass_socket(display.acceptor, environment + 1);
     execve(server, const_cast<char* const*>(argv), const_cast<char* const*>(environment));
     std::printf("can't run %s: %s\n", server, std::strerror(errno));
     std::fflush(stdout);
@@ -142,17 +202,29 @@ void say(int to, char const* text, char const* reason)
         return;
 }
 
-/// Runs the X server for `program`. Writes an empty line to `report` when it is ready, or why it is not.
-[[noreturn]] void serve(char const* server, int limit_ms, pid_t program, int report)
+/// There is no display, or none any more: says so to the program that waits for it (`report`), or else ends
+/// the program.
+[[noreturn]] void give_up(pid_t program, int report, char const* reason)
+{
+    if (report >= 0) {
+        say(report, "can't start a display for the simulation", reason);
+    } else {
+        say(STDOUT_FILENO, "\ndisplay has ended", reason); // the program may not have ended its own line
+        kill(program, SIGKILL);
+    }
+    _exit(0);
+}
+
+/// Runs the X server for `program`. `report`, which is closed when the display is ready, gets an empty line
+/// then, or why it is not; -1: the program does not wait.
+[[noreturn]] void serve(char const* server, int limit_ms, pid_t program, Display const& display, int report)
 {
     setsid(); // a program that signals its process group does not mean us
-    char display[16];
-    std::snprintf(display, sizeof display, ":%d", program);
     auto const watched_program = static_cast<int>(syscall(SYS_pidfd_open, program, 0));
     int ready[2];
     int output[2];
     if (pipe2(ready, O_CLOEXEC) != 0 || pipe2(output, O_CLOEXEC) != 0)
-        _exit(1);
+        give_up(program, report, std::strerror(errno));
     pid_t const child = fork();
     if (child == 0)
         execute_server(server, display, ready[1], output[1]);
@@ -179,8 +251,9 @@ void say(int to, char const* text, char const* reason)
         char byte = 0;
         if (watched[1].revents != 0 && (lives = read(ready[0], &byte, 1) == 1) && byte == '\n') {
             is_ready = true;
-            lives = write(report, "\n", 1) == 1;
-            close(report);
+            close(display.acceptor); // whoever connects after the end of the X server is to be refused
+            lives = report < 0 || write(report, "\n", 1) == 1;
+            close(std::exchange(report, -1));
         }
     }
     if (child > 0)
@@ -190,35 +263,35 @@ void say(int to, char const* text, char const* reason)
         continue;
     if (!reason)
         reason = *tail.line() != '\0' ? tail.line() : "it has ended";
-    if (is_ready) {
-        say(STDOUT_FILENO, "\ndisplay has ended", reason); // the program may not have ended its own line
-        kill(program, SIGKILL);
-    } else {
-        say(report, "can't start a display for the simulation", reason);
-    }
-    _exit(0);
+    give_up(program, report, reason);
 }
 
 /// Starts `serve` as nobody's child: the program would not expect one that it has not started.
+/// Returns: whether it runs.
+bool start_serving(char const* server, int limit_ms, Display const& display, int report)
+{
+    pid_t const program = getpid();
+    pid_t const child = fork();
+    if (child == 0) {
+        pid_t const serving = fork();
+        if (serving == 0)
+            serve(server, limit_ms, program, display, report);
+        _exit(serving > 0 ? 0 : 1);
+    }
+    return ends_well(child);
+}
+
 /// Returns: whether the X server is ready; else a line has been printed.
-bool start_server(char const* server, int limit_ms)
+bool start_and_wait(char const* server, int limit_ms, Display const& display)
 {
     int report[2];
     if (pipe2(report, O_CLOEXEC) != 0)
         return false;
-    pid_t const program = getpid();
-    pid_t const child = fork();
-    if (child == 0) {
-        if (fork() == 0)
-            serve(server, limit_ms, program, report[1]);
-        _exit(0);
-    }
+    bool const serves = start_serving(server, limit_ms, display, report[1]);
     close(report[1]);
-    while (child > 0 && waitpid(child, nullptr, 0) < 0 && errno == EINTR)
-        continue;
     char line[300] = "";
     std::size_t size = 0;
-    for (ssize_t more = 1; more > 0 || (more < 0 && errno == EINTR);) {
+    for (ssize_t more = 1; serves && (more > 0 || (more < 0 && errno == EINTR));) {
         more = read(report[0], line + size, sizeof line - size);
         size += more > 0 ? static_cast<std::size_t>(more) : 0;
     }
@@ -230,6 +303,16 @@ bool start_server(char const* server, int limit_ms)
     else
         std::printf("%.*s", static_cast<int>(size), line);
     return false;
+}
+
+/// Starts the X server for a program that does not wait for it.   False: a line has been printed.
+bool start_beside(char const* server, int limit_ms, Display const& display)
+{
+    constexpr int no_report = -1;
+    bool const serves = start_serving(server, limit_ms, display, no_report);
+    if (!serves)
+        std::printf("can't start a display for the simulation\n");
+    return serves;
 }
 
 } // namespace
@@ -250,13 +333,19 @@ void execute_on_display(char const* server, int limit_ms, char** argv)
         std::fflush(stdout);
         _exit(1);
     }
-    if (!start_server(server, limit_ms)) {
+    Display display;
+    std::snprintf(display.name, sizeof display.name, ":%d", getpid());
+    bool const has_program = argv[0] != nullptr;
+    if (takes_sockets(server))
+        display.acceptor = listen_on(display.name);
+    bool const waits = display.acceptor < 0 || !has_program;
+    if (!(waits ? start_and_wait(server, limit_ms, display) : start_beside(server, limit_ms, display))) {
         std::fflush(stdout);
         _exit(1);
     }
-    char display[16];
-    std::snprintf(display, sizeof display, ":%d", getpid());
-    setenv("DISPLAY", display, 1);
+    if (!has_program)
+        _exit(0);
+    setenv("DISPLAY", display.name, 1);
     setenv("XAUTHORITY", authority_file, 1);
     unsetenv("WAYLAND_DISPLAY"); // toolkits would prefer that
     execv(argv[0], argv);

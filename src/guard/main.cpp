@@ -9,7 +9,7 @@
 //                          [--open NUMBER FILE]...
 //                          [--user UID GID[,GID...] FOLDER HOME AUTHORITY [--visible PATH]...]
 //                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
-//     webots-process-guard --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]
+//     webots-process-guard --display SERVER LIMIT_MS [PROGRAM [ARGUMENT...]]
 //     webots-process-guard --probe [--read-only FOLDER]...
 //     webots-process-guard --filter PROGRAM [ARGUMENT...]
 //     webots-process-guard --try FILE PORT PROCESS
@@ -79,7 +79,7 @@
 //
 // --own-displays hides the sockets of the machine's X servers from the tree, and those of the tree from the
 // machine. If that is not possible, the program is not started. --display, run in such a tree or in a
-// sandbox, starts an X server (Xvfb), and runs the program on it: see display.hpp.
+// sandbox, starts an X server (Xvfb), and runs the program on it, or only tries it: see display.hpp.
 //
 // --open: the program gets FILE open for reading as its descriptor NUMBER, or an empty file.
 //
@@ -686,7 +686,7 @@ int do_one_thing(int argc, char** argv)
     }
     if (argc == 5 && std::strcmp(argv[1], "--try") == 0)
         return try_forbidden_things(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
-    if (argc >= 5 && std::strcmp(argv[1], "--display") == 0)
+    if (argc >= 4 && std::strcmp(argv[1], "--display") == 0)
         execute_on_display(argv[2], std::atoi(argv[3]), argv + 4);
     if (argc >= 3 && std::strcmp(argv[1], "--filter") == 0)
         execute_filtered(argv + 2);

@@ -7,7 +7,7 @@ namespace webots_cloud::guard {
 /// A way to call the guard: what follows its name.
 inline constexpr char const* forms[] = {
     "[OPTION]... GRACE_MS PROGRAM [ARGUMENT...]",
-    "--display SERVER LIMIT_MS PROGRAM [ARGUMENT...]",
+    "--display SERVER LIMIT_MS [PROGRAM [ARGUMENT...]]",
     "--probe [--read-only FOLDER]...",
     "--filter PROGRAM [ARGUMENT...]",
     "--try FILE PORT PROCESS",
@@ -28,7 +28,8 @@ inline constexpr Option options[] = {
     {"broker", "SOCKET", "with --network: hand out connections to the program at this Unix socket"},
     {"cleanup", "COUNT WORD...", "run this command, COUNT words, when no process is left"},
     {"container", "DOCKER PROJECT SERVICE", "the program is compose: give its container the network"},
-    {"display", "SERVER LIMIT_MS", "start an X server, and the program on it"},
+    {"display", "SERVER LIMIT_MS",
+     "start an X server, and the program on it; without a program, try whether it works"},
     {"filter", "", "forbid the program some system calls"},
     {"group", "FOLDER", "put the program into this control group"},
     {"help", "", "show this text"},

@@ -42,8 +42,9 @@ said = {"enters": attempt(address, key), "without key": attempt(address, b""), "
         "wayland": "WAYLAND_DISPLAY" in os.environ}
 print(json.dumps(said), flush=True)
 '''
-KILL_XVFB = r'''
+KILL_XVFB = X_DISPLAY + r'''
 import os, signal, sys
+enter_display(*own_display())  # so it is there
 print("half a line", end="", flush=True)
 for each in filter(str.isdigit, os.listdir("/proc")):
     with open("/proc/" + each + "/cmdline") as line:
@@ -51,6 +52,17 @@ for each in filter(str.isdigit, os.listdir("/proc")):
             os.kill(int(each), signal.SIGKILL)
 signal.pause()
 '''
+
+# The first line of a script in place of an X server that is built with systemd's library, as its file shows.
+TAKES_SOCKETS = "# sd_listen_fds\n"
+CONNECT = r'''
+import os, socket
+display = socket.socket(socket.AF_UNIX)
+display.connect("/tmp/.X11-unix/X" + os.environ["DISPLAY"][1:])
+'''
+# What such a server does with the socket, but for X.
+ANSWER = ("import os, signal, socket; assert os.environ['LISTEN_FDS'] == '1' and os.environ['LISTEN_PID'] == str(os.getpid());"
+          "client, _ = socket.socket(fileno=3).accept(); client.sendall(b'answered'); signal.pause()")
 
 
 def running_servers(mark):
@@ -155,6 +167,7 @@ class Guard(unittest.TestCase):
     def test_the_end_of_the_guard_is_the_end_of_the_display(self):
         started = self.start("/bin/sh", "-c", "echo ready; exec sleep 600")
         self.assertEqual(started.stdout.readline(), "ready\n")
+        wait_until(lambda: running_servers(self.xvfb), "there is no Xvfb")
         self.assertEqual(len(running_servers(self.xvfb)), 1)
         started.send_signal(signal.SIGKILL)
         wait_until(lambda: not running_servers(self.xvfb), "Xvfb is left")
@@ -168,6 +181,39 @@ class Guard(unittest.TestCase):
         server = self.server("echo '(EE) Fatal server error: no memory left' >&2\necho '(EE) ' >&2\nexit 1\n")
         printed, status = self.outcome("/bin/echo", "runs", server=server)
         self.assertEqual(printed, "can't start a display for the simulation: (EE) Fatal server error: no memory left\n")
+        self.assertEqual(status, 1)
+
+    def test_a_program_does_not_wait_for_a_display_that_takes_over_a_socket(self):
+        """Its connections do, in that socket. What the display never does here: get ready."""
+        server = self.server(f"{TAKES_SOCKETS}exec sleep 600\n")
+        printed, status = self.outcome(sys.executable, "-c", CONNECT + "print('connected')", server=server)
+        self.assertEqual(printed, "connected\n")
+        self.assertEqual(status, 0)
+
+    def test_a_display_gets_the_socket_that_the_program_has_connected_to(self):
+        server = self.server(f'{TAKES_SOCKETS}exec {sys.executable} -c "{ANSWER}"\n')
+        printed, status = self.outcome(sys.executable, "-c", CONNECT + "print(display.recv(100).decode(), flush=True)", server=server)
+        self.assertEqual(printed, "answered\n")
+        self.assertEqual(status, 0)
+
+    def test_a_program_that_waits_for_a_display_that_fails_is_ended_and_it_is_said_why(self):
+        """It is not left to the program to say that it can't connect."""
+        server = self.server(f"{TAKES_SOCKETS}read line < {self.folder}/go\necho '(EE) no memory left' >&2\nexit 1\n")
+        go = os.path.join(self.folder, "go")
+        os.mkfifo(go)
+        os.chmod(go, 0o666)
+        self.addCleanup(os.remove, go)
+        started = self.start(sys.executable, "-c", CONNECT + "print('connected', flush=True); print(display.recv(100))", server=server)
+        self.assertEqual(started.stdout.readline(), "connected\n")
+        with open(go, "w"):
+            pass
+        self.assertEqual(started.stdout.read(), "\ndisplay has ended: (EE) no memory left\n")
+        self.assertEqual(started.wait(30), -signal.SIGKILL)
+
+    def test_a_display_is_tried_without_a_program(self):
+        self.assertEqual(self.outcome(), ("", 0))
+        printed, status = self.outcome(server=self.server(f"{TAKES_SOCKETS}echo '(EE) no memory left' >&2\nexit 1\n"))
+        self.assertEqual(printed, "can't start a display for the simulation: (EE) no memory left\n")
         self.assertEqual(status, 1)
 
     def test_a_display_that_is_not_there_says_so(self):

@@ -12,7 +12,8 @@ namespace webots_cloud::core {
 /// How long the X server may take until it is ready, on a machine that has much to do.
 inline constexpr auto display_limit = std::chrono::seconds(30);
 
-/// The command line of the guard that runs `argv` on a display of `server`, Xvfb.
+/// The command line of the guard that runs `argv` on a display of `server`, Xvfb. Without one it waits until
+/// the display is ready.
 std::vector<std::string> on_private_display(std::filesystem::path const& guard,
                                             std::filesystem::path const& server,
                                             std::vector<std::string> const& argv);
