@@ -70,6 +70,16 @@ bool counts_processes_by_namespace()
            (major > 5 || (major == 5 && minor >= 14));
 }
 
+/// The list of the members of a group, to be written to. A process of one thread that writes to `tasks` is
+/// moved at once; for `cgroup.procs` the kernel first waits until no process of the machine forks or ends,
+/// some 10 ms.
+int open_members(char const* group, char const* list)
+{
+    char path[4096];
+    std::snprintf(path, sizeof path, "%s/%s", group, list);
+    return open(path, O_WRONLY | O_CLOEXEC);
+}
+
 } // namespace
 
 bool take_limits(int& argc, char**& argv, Limits& limits)
@@ -96,9 +106,9 @@ bool take_limits(int& argc, char**& argv, Limits& limits)
 bool open_groups(Limits& limits)
 {
     for (int i = 0; i < Limits::max_groups && limits.folders[i]; ++i) {
-        char path[4096];
-        std::snprintf(path, sizeof path, "%s/cgroup.procs", limits.folders[i]);
-        limits.groups[i] = open(path, O_WRONLY | O_CLOEXEC);
+        limits.groups[i] = open_members(limits.folders[i], "tasks");
+        if (limits.groups[i] < 0 && errno == ENOENT) // version 2
+            limits.groups[i] = open_members(limits.folders[i], "cgroup.procs");
         if (limits.groups[i] < 0)
             return false;
     }
