@@ -12,6 +12,7 @@ import subprocess
 import tempfile
 import time
 
+import start_bench
 from git_fetch.repositories import WANTED, make_all
 from peers import FreeSimulationServer, Tool, cpu_seconds, memory
 from row import Row, itself
@@ -92,6 +93,17 @@ def relayed_start(quick):
     yield measure
 
 
+@contextlib.contextmanager
+def walled_start(quick):
+    """From `start` to `webots:` with all walls, less what the demo simulator needs by itself; in turns with a server without walls."""
+    kinds = {kind: start_bench.KINDS[kind] for kind in (start_bench.FREE, start_bench.WALLED)}
+
+    def measure():
+        took = {kind: statistics.median(times) for kind, times in start_bench.measure(kinds, 3 if quick else 25).items()}
+        return {"ours": took[start_bench.WALLED] - took[None], "without walls": took[start_bench.FREE] - took[None]}
+    yield measure
+
+
 async def with_running(server, count, action):
     """Runs `action` while `count` simulations run."""
     async with contextlib.AsyncExitStack() as stack:
@@ -169,6 +181,8 @@ ROWS = [
     Row("from `start` to `webots:` beyond fetch and simulator", "ms", "at most 5 ms", 5, itself, overhead_of_start),
     Row("from `start` to `webots:`, `/client` relayed by the session server", "ms", "at most 1 ms more than direct", 1,
         lambda sample: sample["ours"] - sample["direct"], relayed_start),
+    Row("from `start` to `webots:` with bubblewrap, `internet` and a private display, beyond the simulator", "ms", "at most 60 ms", 60, itself,
+        walled_start),
     Row("a running simulation, 100 of them", "% of a core", "under 0.1 %", 0.1, itself, of_running("cpu")),
     Row("a running simulation in the server's memory, 100 of them", "kB", "at most 64 kB", 64, itself, of_running("memory")),
     Row("a running simulation, 1,000 of them", "% of a core", "under 0.1 %", 0.1, itself, of_running("cpu", 1000)),
