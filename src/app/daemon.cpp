@@ -99,6 +99,7 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
             0); // simulations run as our user: they must not trace us, or read our memory and descriptors
     use_low_latency_scheduling();
     raise_descriptor_limit();
+    std::signal(SIGCHLD, SIG_DFL); // our parent may have ignored it, and then no program could be waited for
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGHUP,
                 SIG_IGN); // until the body handles them: neither may end a server that is starting

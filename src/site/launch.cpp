@@ -41,6 +41,7 @@ void take_signals()
         std::signal(number, [](int which) { interruption = which; });
     for (int const number : {SIGHUP, SIGPIPE})
         std::signal(number, SIG_IGN);
+    std::signal(SIGCHLD, SIG_DFL); // ignored, no program could be waited for
 }
 
 bool is_interrupted() noexcept

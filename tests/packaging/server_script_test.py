@@ -456,6 +456,11 @@ class Starting(ServerScriptTest):
             self.assertEqual(os.getsid(pid), pid)
 
 
+    def test_signals_that_are_ignored_where_it_is_typed_are_nobodys_loss(self):
+        status, output, errors = self.run_script("start", command=("bash", "-c", 'trap "" HUP INT TERM CHLD PIPE USR1; ./server.sh "$@"', "bash"))
+        self.assertEqual((status, errors), (0, ""), output)
+        self.assertEqual(self.run_script("stop")[0], 0)
+
     # Simulations run as the user who calls the script, and may have put anything into the folder of logs.
     def test_pipes_and_links_in_the_place_of_its_files_are_set_aside(self):
         self.write("victim", "precious")
