@@ -15,12 +15,25 @@ if(DEFINED ENV{DEBEMAIL})
 endif()
 set(WEBOTS_CLOUD_MAINTAINER ${maintainer} CACHE STRING "Who answers for the packages: Name <address>. Like Debian's tools, DEBFULLNAME and DEBEMAIL say it, too.")
 set(CPACK_PACKAGE_CONTACT ${WEBOTS_CLOUD_MAINTAINER})
+# The forge of the checkout, where it has one; otherwise that of Webots, whose simulations it shows.
+set(homepage https://cyberbotics.com)
+find_package(Git QUIET)
+if(GIT_FOUND)
+    execute_process(COMMAND ${GIT_EXECUTABLE} -C ${PROJECT_SOURCE_DIR} remote get-url origin OUTPUT_VARIABLE origin ERROR_QUIET
+        OUTPUT_STRIP_TRAILING_WHITESPACE)
+    string(REGEX REPLACE "^git@([^:]+):" "https://\\1/" origin "${origin}")
+    if(origin MATCHES "^https://([^@/]+/.+)$")
+        string(REGEX REPLACE "\\.git$" "" homepage ${origin})
+    endif()
+endif()
+set(WEBOTS_CLOUD_HOMEPAGE ${homepage} CACHE STRING "Where people who have a package read on. The forge of this checkout, if that is known.")
+set(CPACK_DEBIAN_PACKAGE_HOMEPAGE ${WEBOTS_CLOUD_HOMEPAGE})
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_SET_DESTDIR ON) # files in /etc
 set(CPACK_INSTALL_PREFIX /usr)
-set(CPACK_COMPONENTS_ALL session_server simulation_server demo dev)
+set(CPACK_COMPONENTS_ALL session_server simulation_server demo doc dev)
 if(BUILD_SHARED_LIBS)
     list(APPEND CPACK_COMPONENTS_ALL shared)
 endif()
@@ -56,6 +69,10 @@ macro(webots_cloud_debian_package component name_of_package section summary desc
     endforeach()
     install(FILES ${CMAKE_CURRENT_LIST_DIR}/debian/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package}
         COMPONENT ${component} EXCLUDE_FROM_ALL)
+    set(lintian_overrides)
+    if(EXISTS ${CMAKE_CURRENT_LIST_DIR}/debian/${component}/lintian-overrides)
+        file(READ ${CMAKE_CURRENT_LIST_DIR}/debian/${component}/lintian-overrides lintian_overrides)
+    endif()
     configure_file(${CMAKE_CURRENT_LIST_DIR}/debian/lintian-overrides.in ${debian_dir}/${package}/lintian-overrides @ONLY)
     install(FILES ${debian_dir}/${package}/lintian-overrides DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides RENAME ${package}
         COMPONENT ${component} EXCLUDE_FROM_ALL)
@@ -79,10 +96,15 @@ webots_cloud_debian_package(demo webots-cloud-demo net
     "A small simulator that a simulation server runs where Webots is not
 installed, so that a site can be tried. It shows a few robots in an
 arena and is not Webots. With projects for it and for Webots.")
+webots_cloud_debian_package(doc webots-cloud-doc doc
+    "documentation of webots_cloud"
+    "How sites with Webots robot simulations on the web are installed, opened
+to others and looked after, how pages and programs embed simulations, the
+protocol, and how the servers work. Pages in Markdown.")
 webots_cloud_debian_package(dev libwebots-cloud-dev libdevel
     "robot simulations on the web - C++ library"
-    "Headers, libraries and the CMake package of webots_cloud, for programs
-that schedule, run or serve simulations themselves.")
+    "Headers, libraries, examples and the CMake package of webots_cloud, for
+programs that schedule, run or serve simulations themselves.")
 
 if(BUILD_SHARED_LIBS)
     set(shared_package libwebots-cloud${webots_cloud_soversion})
@@ -90,7 +112,8 @@ if(BUILD_SHARED_LIBS)
         "robot simulations on the web - shared library"
         "What programs need at run time that schedule, run or serve simulations
 themselves with the shared library of webots_cloud.")
-    # CPack would call ldconfig in maintainer scripts, which dpkg does by a trigger now.
+    # CPack calls ldconfig in maintainer scripts of its own, which dpkg does by a trigger now.
+    set(CPACK_POST_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/debian/drop_ldconfig.cmake)
     set(control ${debian_dir}/${shared_package})
     file(WRITE ${control}/triggers "activate-noawait ldconfig\n")
     file(WRITE ${control}/shlibs "libwebots_cloud ${webots_cloud_soversion} ${shared_package} (>= ${PROJECT_VERSION})\n")
@@ -98,12 +121,12 @@ themselves with the shared library of webots_cloud.")
 endif()
 
 set(CPACK_DEBIAN_SESSION_SERVER_PACKAGE_DEPENDS "init-system-helpers (>= 1.54), systemd | systemd-standalone-sysusers")
-set(CPACK_DEBIAN_SESSION_SERVER_PACKAGE_RECOMMENDS ca-certificates)
+set(CPACK_DEBIAN_SESSION_SERVER_PACKAGE_RECOMMENDS "ca-certificates, webots-cloud-doc")
 set(CPACK_DEBIAN_SESSION_SERVER_PACKAGE_SUGGESTS webots-cloud-simulation-server)
 set(CPACK_DEBIAN_SIMULATION_SERVER_PACKAGE_DEPENDS ${CPACK_DEBIAN_SESSION_SERVER_PACKAGE_DEPENDS})
 # The sandbox of simulations, their way to the internet, a display for each, and what stands in for Webots.
 set(CPACK_DEBIAN_SIMULATION_SERVER_PACKAGE_RECOMMENDS
-    "bubblewrap, ca-certificates, iproute2, slirp4netns, webots-cloud-demo, xvfb")
+    "bubblewrap, ca-certificates, iproute2, slirp4netns, webots-cloud-demo, webots-cloud-doc, xvfb")
 set(CPACK_DEBIAN_SIMULATION_SERVER_PACKAGE_SUGGESTS "docker.io, webots, webots-cloud-session-server")
 set(CPACK_DEBIAN_DEMO_PACKAGE_ENHANCES webots-cloud-simulation-server)
 
@@ -116,6 +139,22 @@ pkg-config, zlib1g-dev")
 if(BUILD_SHARED_LIBS)
     string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", ${shared_package} (= ${debian_version})")
 endif()
+
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS webots-cloud-doc)
+
+# Links from page to page work: the folders are those of the source.
+set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_DOC_PACKAGE_SHLIBDEPS OFF)
+set(doc_dir ${CMAKE_INSTALL_DATADIR}/doc/webots-cloud-doc)
+foreach(page README ARCHITECTURE CONTRIBUTING HACKING SECURITY)
+    install(FILES ${PROJECT_SOURCE_DIR}/${page}.md DESTINATION ${doc_dir} COMPONENT doc EXCLUDE_FROM_ALL)
+endforeach()
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${doc_dir} COMPONENT doc EXCLUDE_FROM_ALL PATTERN site EXCLUDE)
+
+file(GLOB examples CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/examples/*.cpp)
+set(examples_dir ${CMAKE_INSTALL_DATADIR}/doc/libwebots-cloud-dev/examples)
+install(FILES ${examples} DESTINATION ${examples_dir} COMPONENT dev EXCLUDE_FROM_ALL)
+install(FILES ${CMAKE_CURRENT_LIST_DIR}/debian/examples.cmake DESTINATION ${examples_dir} RENAME CMakeLists.txt COMPONENT dev EXCLUDE_FROM_ALL)
 
 # Units for /usr; config/systemd has those for /usr/local.
 foreach(kind session simulation)

@@ -1,6 +1,8 @@
-// webots-manual: writes the manual page or a completion of one of our programs, while we are built.
+// webots-manual: writes the manual page or a completion of one of our programs, or the manual page of a
+// configuration, while we are built.
 //
 //     webots-manual man|bash|zsh|fish PROGRAM
+//     webots-manual man PROGRAM.json
 
 #include "manual.hpp"
 
@@ -21,6 +23,11 @@ namespace {
 
 constexpr auto guard_name = "webots-process-guard";
 constexpr auto demo_name = "webots-demo-simulator";
+
+std::string configuration_of(Program const& program)
+{
+    return program.name + ".json";
+}
 
 manual::Manual manual_of(Program const& program, std::string const& other)
 {
@@ -43,7 +50,29 @@ manual::Manual manual_of(Program const& program, std::string const& other)
     made.files = {
         {"/etc/webots-cloud/" + program.kind + ".json", "the configuration that the unit of systemd names"},
         {"share/webots_cloud/config", "examples of configurations, below the installation"}};
-    made.see_also = {other, guard_name};
+    made.see_also = {{configuration_of(program), 5}, {other}, {guard_name}};
+    return made;
+}
+
+manual::ConfigurationManual manual_of_configuration(Program const& program,
+                                                    std::span<core::ConfigTopic const> topics,
+                                                    Program const& other)
+{
+    manual::ConfigurationManual made;
+    made.name = configuration_of(program);
+    made.version = version();
+    made.summary = "configuration of " + program.name;
+    made.file = "/etc/webots-cloud/" + program.kind + ".json";
+    made.description = {
+        "The file is one JSON object. " + program.name +
+            " reads it at its start, and again when it gets SIGHUP.",
+        program.name + " --check-config says what is wrong with a file, in which line, and what to write. " +
+            program.name + " --help KEY explains one key, and --schema prints a JSON Schema for editors.",
+        "Names such as docs/access.md are pages of the documentation. The package webots-cloud-doc has them "
+        "in "
+        "/usr/share/doc/webots-cloud-doc."};
+    made.topics = topics;
+    made.see_also = {{program.name}, {configuration_of(other), 5}};
     return made;
 }
 
@@ -68,7 +97,7 @@ manual::Manual manual_of_guard()
     made.signals = {{"SIGTERM, SIGINT, SIGHUP", "ask the program to end, as a byte does"}};
     made.exit_statuses = {{"0 to 255", "that of the program"},
                           {"127", "the program could not be started; standard output says why"}};
-    made.see_also = {"webots-simulation-server"};
+    made.see_also = {{"webots-simulation-server"}};
     return made;
 }
 
@@ -91,8 +120,27 @@ manual::Manual manual_of_demo_simulator()
     made.exit_statuses = {
         {"0", "it has done what was asked"},
         {"1", "the arguments, the world or the port can't be used; standard error says why"}};
-    made.see_also = {"webots-simulation-server"};
+    made.see_also = {{"webots-simulation-server"}};
     return made;
+}
+
+/// What is written of the program or configuration `name`.
+std::string document(std::string const& kind, std::string const& name)
+{
+    auto const session = session_server_program();
+    auto const simulation = simulation_server_program();
+    if (name == configuration_of(session))
+        return manual::man_page(manual_of_configuration(session, core::session_topics(), simulation));
+    if (name == configuration_of(simulation))
+        return manual::man_page(manual_of_configuration(simulation, core::simulation_topics(), session));
+    auto const program = name == session.name      ? manual_of(session, simulation.name)
+                         : name == simulation.name ? manual_of(simulation, session.name)
+                         : name == demo_name       ? manual_of_demo_simulator()
+                                                   : manual_of_guard();
+    return kind == "man"    ? manual::man_page(program)
+           : kind == "bash" ? manual::bash_completion(program)
+           : kind == "zsh"  ? manual::zsh_completion(program)
+                            : manual::fish_completion(program);
 }
 
 } // namespace
@@ -101,17 +149,6 @@ int main(int argc, char** argv)
 {
     if (argc != 3)
         return 2;
-    std::string const kind = argv[1];
-    std::string const name = argv[2];
-    auto const session = session_server_program();
-    auto const simulation = simulation_server_program();
-    auto const text = name == session.name      ? manual_of(session, simulation.name)
-                      : name == simulation.name ? manual_of(simulation, session.name)
-                      : name == demo_name       ? manual_of_demo_simulator()
-                                                : manual_of_guard();
-    std::cout << (kind == "man"    ? manual::man_page(text)
-                  : kind == "bash" ? manual::bash_completion(text)
-                  : kind == "zsh"  ? manual::zsh_completion(text)
-                                   : manual::fish_completion(text));
+    std::cout << document(argv[1], argv[2]);
     return std::cout.flush() ? 0 : 1;
 }

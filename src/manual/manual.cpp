@@ -1,6 +1,8 @@
-// Writes manual pages and completions from the tables of options, while we are built. What an option means is
-// said once, in src/app/options.cpp and its like.
+// Writes manual pages and completions from the tables of options and keys, while we are built. What an option
+// means is said once, in src/app/options.cpp and its like, and what a key means in src/core/config.
 #include "manual.hpp"
+
+#include "core/config/key_documents.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -91,19 +93,74 @@ void add_meanings(std::string& page, std::string const& heading, std::vector<Mea
         page += ".TP\n.B " + roff(name) + "\n" + roff(meaning) + ".\n";
 }
 
+/// Up to what the page is about.
+std::string beginning_of(PageName const& page, std::string const& version, std::string const& summary)
+{
+    auto const* const title = page.section == 8   ? "System Administration"
+                              : page.section == 5 ? "File Formats"
+                                                  : "User Commands";
+    return ".TH " + roff(upper_case(page.name)) + " " + std::to_string(page.section) +
+           " \"\" \"webots_cloud " + version + "\" \"" + title + "\"\n.SH NAME\n" + roff(page.name) +
+           " \\- " + roff(summary) + "\n.SH SYNOPSIS\n";
+}
+
+void add_description(std::string& page, std::vector<std::string> const& paragraphs)
+{
+    page += ".SH DESCRIPTION\n";
+    for (auto const& paragraph : paragraphs)
+        page += ".PP\n" + roff(paragraph) + "\n";
+}
+
+void add_see_also(std::string& page, std::vector<PageName> const& others)
+{
+    page += ".SH SEE ALSO\n";
+    for (auto const& other : others)
+        page += ".BR " + roff(other.name) + " (" + std::to_string(other.section) + ")" +
+                (&other == &others.back() ? "\n" : ",\n");
+}
+
+void add_keys(std::string& page, std::span<core::ConfigKey const> keys)
+{
+    for (auto const& key : keys) {
+        auto const facts = core::facts_of(key);
+        page += ".TP\n.B " + roff(key.name) + "\n" + roff(facts.purpose) +
+                "\n.br\nValue: " + roff(facts.value) + ".\n";
+        if (!key.required)
+            page += "Default: " + roff(facts.standard) + ".\n";
+        if (key.required)
+            page += "Required.\n";
+        if (!key.alias.empty())
+            page += "Older name: " + roff(key.alias) + ".\n";
+        page += std::string(facts.effect) + "\n";
+        if (key.keys.empty())
+            continue;
+        page += ".RS\n";
+        add_keys(page, key.keys);
+        page += ".RE\n";
+    }
+}
+
 } // namespace
+
+std::string man_page(ConfigurationManual const& manual)
+{
+    auto page = beginning_of({manual.name, 5}, manual.version, manual.summary);
+    page += ".I " + roff(manual.file) + "\n";
+    add_description(page, manual.description);
+    for (auto const& topic : manual.topics) {
+        page += ".SH " + roff(upper_case(std::string(topic.title))) + "\n";
+        add_keys(page, topic.keys);
+    }
+    add_see_also(page, manual.see_also);
+    return page;
+}
 
 std::string man_page(Manual const& manual)
 {
-    auto page = ".TH " + roff(upper_case(manual.name)) + " " + std::to_string(manual.section) +
-                " \"\" \"webots_cloud " + manual.version + "\" \"" +
-                (manual.section == 8 ? "System Administration" : "User Commands") + "\"\n.SH NAME\n" +
-                roff(manual.name) + " \\- " + roff(manual.summary) + "\n.SH SYNOPSIS\n";
+    auto page = beginning_of({manual.name, manual.section}, manual.version, manual.summary);
     for (auto const& form : manual.forms)
         page += ".B " + roff(manual.name) + "\n" + roff(form) + "\n.br\n";
-    page += ".SH DESCRIPTION\n";
-    for (auto const& paragraph : manual.description)
-        page += ".PP\n" + roff(paragraph) + "\n";
+    add_description(page, manual.description);
     page += ".SH OPTIONS\n";
     for (auto const& option : manual.options) {
         page += ".TP\n.BR " + (option.letter ? std::string("\\-") + option.letter + " , \" \" " : "") +
@@ -118,9 +175,7 @@ std::string man_page(Manual const& manual)
     add_meanings(page, "SIGNALS", manual.signals);
     add_meanings(page, "EXIT STATUS", manual.exit_statuses);
     add_meanings(page, "FILES", manual.files);
-    page += ".SH SEE ALSO\n";
-    for (std::size_t i = 0; i < manual.see_also.size(); ++i)
-        page += ".BR " + roff(manual.see_also[i]) + " (8)" + (i + 1 < manual.see_also.size() ? ",\n" : "\n");
+    add_see_also(page, manual.see_also);
     return page;
 }
 

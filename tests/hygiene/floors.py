@@ -41,7 +41,7 @@ FLOORS = {
     'src/app': ['webots_cloud/', 'src/core/', 'src/async/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
     'src/site': ['webots_cloud/', 'src/core/', 'src/site/', 'src/app/environment.hpp', 'boost/asio/', 'boost/json/', 'sys/', 'unistd.h', 'fcntl.h', 'arpa/inet.h', 'ifaddrs.h',
                  'net/if.h', 'netinet/'],
-    'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
+    'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/core/config/', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp', 'src/site/site.hpp'],
     'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
 }

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""The manual pages and completions that are generated of the programs' options.
+"""The manual pages and completions that are generated of the programs' options, and the pages of their configurations.
 
 Usage: manual_test.py FOLDER_OF_PROGRAMS FOLDER_OF_MANUALS
 """
 
+import json
 import os
 import re
 import shutil
@@ -16,6 +17,7 @@ PROGRAMS, MANUALS = "", ""
 SERVERS = ("webots-session-server", "webots-simulation-server")
 ALL = (*SERVERS, "webots-process-guard")
 PAGES = {**{program: f"{program}.8" for program in ALL}, "webots-demo-simulator": "webots-demo-simulator.1"}
+CONFIGURATIONS = {program: f"{program}.json.5" for program in SERVERS}
 
 
 def output_of(*command, **options):
@@ -32,16 +34,16 @@ def need(test, program, package):
 
 
 class Pages(unittest.TestCase):
-    def rendered(self, program):
+    def rendered(self, file):
         need(self, "man", "man-db")
-        done = subprocess.run(["man", "--warnings", "-l", os.path.join(MANUALS, "man", PAGES[program])], capture_output=True, text=True,
+        done = subprocess.run(["man", "--warnings", "--no-hyphenation", "-l", os.path.join(MANUALS, "man", file)], capture_output=True, text=True,
                               timeout=60, env={**os.environ, "MANWIDTH": "200", "LC_ALL": "C.UTF-8", "MAN_KEEP_FORMATTING": ""})
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         return done.stdout.replace("\u2010", "-")
 
     def test_pages_have_no_faults_and_every_option_of_help(self):
         for program in PAGES:
-            page = self.rendered(program)
+            page = self.rendered(PAGES[program])
             self.assertEqual(sorted(options_of(program) - set(re.findall(r"--[a-z][a-z-]+", page))), [], program)
             for heading in ("NAME", "SYNOPSIS", "OPTIONS", "SIGNALS", "EXIT STATUS", "SEE ALSO"):
                 self.assertRegex(page, rf"(?m)^{heading}$")
@@ -49,18 +51,34 @@ class Pages(unittest.TestCase):
     def test_help_and_page_say_the_same_of_signals_and_exit_statuses(self):
         for program in SERVERS:
             said = output_of(os.path.join(PROGRAMS, program), "--help")
-            page = " ".join(self.rendered(program).split())
+            page = " ".join(self.rendered(PAGES[program]).split())
             rows = re.search(r"\nSignals:\n(.*?)\nExit statuses:\n(.*)", said, re.S)
             lines = [line.split(maxsplit=1) for line in (rows[1] + rows[2]).splitlines()]
             self.assertGreaterEqual(len(lines), 6)
             for _, meaning in lines:
                 self.assertIn(meaning.split("  ")[-1].strip(), page)
 
+    def test_every_key_of_a_configuration_is_explained_as_help_does(self):
+        for program, file in CONFIGURATIONS.items():
+            page = self.rendered(file)
+            words = " ".join(page.split())
+            keys = json.loads(output_of(os.path.join(PROGRAMS, program), "--schema"))["properties"]
+            self.assertGreater(len(keys), 40)
+            for name, key in keys.items():
+                if "x-aliasOf" in key:
+                    self.assertIn(f"Older name: {name}.", words)
+                    continue
+                self.assertRegex(page, rf"(?m)^ {{7}}{re.escape(name)}$|^ {{7}}{re.escape(name)} ")
+                said = output_of(os.path.join(PROGRAMS, program), "--help", name)
+                purpose = " ".join(said.split("\n\n")[0].splitlines()[1:])
+                self.assertIn(" ".join(purpose.split()), words, name)
+                for fact in re.findall(r"(?ms)^  (?:Default: (?!none, the key)|SIGHUP|A change).*?\.$", said):
+                    self.assertIn(" ".join(fact.split()), words, name)
+
     def test_mandoc_finds_nothing_to_correct(self):
         need(self, "mandoc", "mandoc")
-        for program in PAGES:
-            said = subprocess.run(["mandoc", "-Tlint", "-Werror", os.path.join(MANUALS, "man", PAGES[program])], capture_output=True,
-                                  text=True, timeout=60)
+        for file in (*PAGES.values(), *CONFIGURATIONS.values()):
+            said = subprocess.run(["mandoc", "-Tlint", "-Werror", os.path.join(MANUALS, "man", file)], capture_output=True, text=True, timeout=60)
             self.assertEqual((said.returncode, said.stdout), (0, ""))
 
 

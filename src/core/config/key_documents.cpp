@@ -1,5 +1,6 @@
 // The tables of keys as documents: the JSON Schema that editors use, from which docs/configuration.md is
-// made, and the page that --help KEY prints. No fact about a key is written here.
+// made, the page that --help KEY prints, and what src/manual makes pages of. No fact about a key is written
+// here.
 #include "key_documents.hpp"
 
 #include "config_reader.hpp"
@@ -254,6 +255,19 @@ std::string json_schema(std::string_view server, std::span<ConfigTopic const> to
     return text + "\n";
 }
 
+KeyFacts facts_of(ConfigKey const& key)
+{
+    auto const json = default_as_json(key);
+    KeyFacts facts;
+    facts.purpose = concat(plain(key.text), ".");
+    facts.value = type_text(key);
+    facts.standard = key.required   ? std::string("none, the key is required")
+                     : json.empty() ? plain(default_in_words(key))
+                                    : concat(json, key.unit.empty() ? "" : concat(" ", key.unit));
+    facts.effect = key.reloaded ? "SIGHUP applies a change." : "A change takes effect at the next start.";
+    return facts;
+}
+
 std::string key_page(std::string_view name, std::span<ConfigTopic const> topics, bool& is_known)
 {
     auto const* key = find_key(topics, name);
@@ -263,19 +277,14 @@ std::string key_page(std::string_view name, std::span<ConfigTopic const> topics,
         return concat("There is no key \"", printable(name, 60), "\".",
                       near.empty() ? "" : concat(" Did you mean \"", near, "\"?"), "\n");
     }
+    auto const facts = facts_of(*key);
     std::string page;
     wrap(page, concat(key->name, key->alias.empty() ? "" : concat(" (older name: ", key->alias, ")")), "");
-    wrap(page, concat(plain(key->text), "."), "  ");
+    wrap(page, facts.purpose, "  ");
     page += "\n";
-    wrap(page, concat("Value: ", type_text(*key), "."), "  ");
-    auto const json = default_as_json(*key);
-    auto const standard = key->required  ? std::string("none, the key is required")
-                          : json.empty() ? plain(default_in_words(*key))
-                                         : json;
-    wrap(page,
-         concat("Default: ", standard, json.empty() || key->unit.empty() ? "" : concat(" ", key->unit), "."),
-         "  ");
-    wrap(page, key->reloaded ? "SIGHUP applies a change." : "A change takes effect at the next start.", "  ");
+    wrap(page, concat("Value: ", facts.value, "."), "  ");
+    wrap(page, concat("Default: ", facts.standard, "."), "  ");
+    wrap(page, facts.effect, "  ");
     page += "\n";
     wrap_keys(page, key->keys, "  ");
     return page + (key->keys.empty() ? "" : "\n");
