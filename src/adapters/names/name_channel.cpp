@@ -119,6 +119,20 @@ void take_services(void* argument, int status, int, unsigned char* answer, int s
         asked->tell(unanswered(asked->name, status));
 }
 
+/// Whatever `/etc/hosts` says, as browsers take it (RFC 6761, section 6.3): a file without one of the two
+/// addresses would keep the servers of a machine apart.
+bool is_loopback(std::string_view name)
+{
+    return name == "localhost" || name.ends_with(".localhost");
+}
+
+NamedAddresses loopback()
+{
+    NamedAddresses both;
+    both.addresses = {asio::ip::address_v6::loopback(), asio::ip::address_v4::loopback()};
+    return both;
+}
+
 } // namespace
 
 /// A channel of c-ares: its sockets and its timer on our executor.
@@ -277,6 +291,8 @@ void NameChannel::ask_addresses(std::string const& name, bool sorted,
     numeric.addresses.push_back(asio::ip::make_address(name, not_numeric));
     if (!not_numeric) // c-ares 1.18 would ask name servers for it
         return asked->tell(std::move(numeric));
+    if (is_loopback(name))
+        return asked->tell(loopback());
     auto const& asking = library();
     if (!asking)
         return asked->tell(unanswered(name, ARES_ENOTINITIALIZED));

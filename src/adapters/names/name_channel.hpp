@@ -27,7 +27,8 @@ struct NamedAddresses
 };
 
 /// Names as this machine knows them: `/etc/hosts` and DNS, in the order of `/etc/nsswitch.conf`, with the
-/// servers and the search list of `/etc/resolv.conf`. When that file changes, questions asked a second later
+/// servers and the search list of `/etc/resolv.conf`; `localhost`, and what is below it, is both addresses of
+/// the loopback. When that file changes, questions asked a second later
 /// go by it. Other modules of `nsswitch.conf`, such as mDNS, are not asked.
 ///
 /// An answer that is too large for UDP is asked for by TCP. A server is asked three times at most, and waited
