@@ -41,7 +41,7 @@ PROGRAMS = ("webots-session-server", "webots-simulation-server", "webots-process
 # Mounts of a row. The machine's own folders stay as they are, below.
 MOUNTS = r"""
 ip link set lo up
-for folder in /srv /home /run /dev/shm; do mount -t tmpfs -o mode=755 none $folder; done
+for folder in /srv /home /root /run /dev/shm; do mount -t tmpfs -o mode=755 none $folder; done
 chmod 1777 /dev/shm; mkdir -m 755 -p /srv/bin /home/ada /run/user; chown 1001:1001 /home/ada
 mount --bind "$BIN" /srv/bin
 { cat /etc/passwd; echo ada:x:1001:1001::/home/ada:/bin/bash; } >/srv/passwd; mount --bind /srv/passwd /etc/passwd
@@ -256,6 +256,23 @@ def expect_refusal(site, status, output, errors):
     return sentence
 
 
+def expect_warning(site, status, output, errors):
+    sentence = first_line(errors) or first_line(output)
+    if status != 0:
+        raise Fault("the start failed: " + in_one_line(errors or output))
+    if not re.search(site.row.warns, sentence):
+        raise Fault("it does not say what is wrong: " + in_one_line(errors + output))
+    stop(site)
+    return sentence
+
+
+def stop(site):
+    status, output, errors = site.type("stop")
+    if status != 0:
+        raise Fault("the stop failed: " + in_one_line(errors or output))
+    wait_until(lambda: not running(), lambda: f"after the stop these run: {running()}", patience=10)
+
+
 def expect_site(site, status, output, errors):
     row = site.row
     said = output + errors
@@ -269,10 +286,7 @@ def expect_site(site, status, output, errors):
     asyncio.run(look(page[1] if page else "http://localhost:1999/viewer/"))
     if row.check:
         site.run(row.check, "meanwhile", said)
-    status, output, errors = site.type("stop")
-    if status != 0:
-        raise Fault("the stop failed: " + in_one_line(errors or output))
-    wait_until(lambda: not running(), lambda: f"after the stop these run: {running()}", patience=10)
+    stop(site)
     return next((line for line in said.splitlines() if row.tells and re.search(row.tells, line)), first_line(errors))
 
 
@@ -290,7 +304,8 @@ def inside(number):
         if row.before:
             site.run("{\n" + row.before + "\n} >&2", "the environment can't be made")
         begun = site.type(f"start {row.config}")
-        good, sentence = True, (expect_refusal if row.says else expect_site)(site, *begun)
+        expect = expect_refusal if row.says else expect_warning if row.warns else expect_site
+        good, sentence = True, expect(site, *begun)
     except subprocess.TimeoutExpired as late:
         good, sentence = False, f"not done within {PATIENCE} s: {late.cmd[-1].splitlines()[-1]}"
     except (Fault, AssertionError, OSError) as fault:
@@ -346,7 +361,7 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(chosen.jobs) as pool:
         for number, (result, sentence) in zip(numbers, pool.map(run_row, numbers)):
             counts[result] = counts.get(result, 0) + 1
-            wanted = "a sentence" if ROWS[number].says else "a site"
+            wanted = "a sentence" if ROWS[number].says or ROWS[number].warns else "a site"
             print(f"{result:7} {wanted:10} {ROWS[number].name!r:60.100} {sentence}", flush=True)
     print(", ".join(f"{count} {result}" for result, count in sorted(counts.items())))
     return 1 if counts.get("FAILED") else 0

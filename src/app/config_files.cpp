@@ -197,6 +197,11 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
             configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
                                                  fs::absolute(forge.directory, ignored).string(),
                                                  ": no world of ", forge.url, " can be fetched"));
+    auto const& templates = configured.config.projects_dir;
+    if (!configured.config.docker && !templates.empty() && !fs::is_directory(templates, ignored))
+        configured.warnings.push_back(concat(place_of(origin, "projectsDir"), ": there is no folder ",
+                                             fs::absolute(templates, ignored).string(),
+                                             ": websites have no projects to start from"));
 }
 
 } // namespace

@@ -1,6 +1,8 @@
-// What every program of ours does around its work: it raises the limit of descriptors, finds out whether its
-// event loop can hear signals, runs until one arrives or the work ends, and says why it ends.
+// What every program of ours does around its work: it raises the limit of descriptors, finds out whether it
+// may have what it needs and whether its event loop can hear signals, runs until one arrives or the work
+// ends, and says why it ends.
 #include "async/first_of.hpp"
+#include "own_limits.hpp"
 
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/probes.hpp>
@@ -104,6 +106,8 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
     std::signal(SIGHUP,
                 SIG_IGN); // until the body handles them: neither may end a server that is starting
     std::signal(SIGUSR1, SIG_IGN);
+    if (auto const enough = app::check_limits(app::own_limits()); !enough)
+        return report_failure(name, enough.error());
     if (auto const found = find_watches(); !found)
         return report_failure(name, found.error());
     // Only one thread runs it and uses its sockets, so those need no locks; other threads may still post.

@@ -122,6 +122,11 @@ asio::awaitable<result<std::unique_ptr<SimulationMachine>>> prepare_machine(asio
     auto simulator = find_simulator(config, programs);
     if (!simulator)
         co_return simulator.error();
+    auto const guard = programs / "webots-process-guard";
+    if (!is_program(guard))
+        co_return Failure(errc::start_failed,
+                          concat("There is no program ", guard.string(),
+                                 ", which starts simulations: build it, or install the server again"));
     if (!simulator->notice.empty())
         log.warning(simulator->notice);
     auto root = open_instances(config, log);
@@ -129,7 +134,7 @@ asio::awaitable<result<std::unique_ptr<SimulationMachine>>> prepare_machine(asio
         co_return root.error();
     auto machine = std::make_unique<SimulationMachine>(std::move(*simulator), std::move(*root));
     machine->cache = choose_cache(config, machine->root, log);
-    machine->guard = programs / "webots-process-guard";
+    machine->guard = guard;
     machine->metrics = make_host_metrics();
     auto const host = machine->metrics->description();
     machine->limits = core::simulation_limits(config.limits, host.memory_bytes, host.cores);

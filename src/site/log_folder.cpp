@@ -30,6 +30,12 @@ constexpr auto log_folder = "log";
 constexpr auto lock_file = "log/.server.lock";
 constexpr std::size_t last_lines = 10;
 constexpr std::size_t max_shown = std::size_t{16} << 20;
+constexpr std::size_t max_reason = 2000;
+
+fs::path console_file(Kind kind)
+{
+    return fs::path("log") / word_of(kind) / "console.log";
+}
 
 std::string error_text()
 {
@@ -223,11 +229,28 @@ std::vector<std::string> failed_starts(fs::path const& log_dir, WallTime since)
     return text ? failed_starts(*text, core::local_time(since)) : std::vector<std::string>();
 }
 
+std::string reason_of_end(Kind kind, std::string_view console)
+{
+    auto const name = concat(program_of(kind), ": ");
+    std::string reason;
+    for (auto const line : core::split(console, '\n'))
+        if (line.starts_with(name))
+            reason = core::printable(line.substr(name.size()), max_reason);
+    if (reason.ends_with('.'))
+        reason.pop_back();
+    return reason;
+}
+
+std::string reason_of_end(Kind kind)
+{
+    auto const text = read_regular_file(console_file(kind), max_shown);
+    return text ? reason_of_end(kind, *text) : std::string();
+}
+
 std::string last_words(Kind kind, fs::path const& log_dir)
 {
     std::string words;
-    for (auto const& file :
-         {log_dir / word_of(kind) / "output.log", fs::path("log") / word_of(kind) / "console.log"})
+    for (auto const& file : {log_dir / word_of(kind) / "output.log", console_file(kind)})
         if (auto const text = read_regular_file(file, max_shown); text && !text->empty())
             words += concat("--- ", file.string(), "\n", last_lines_of(*text));
     return words;

@@ -53,6 +53,13 @@ std::vector<std::string> failed_starts(std::string_view log, std::string_view si
 /// The same of its log.
 std::vector<std::string> failed_starts(std::filesystem::path const& log_dir, WallTime since);
 
+/// Why a server has ended, of what it wrote to its console: the last line that begins with its name, without
+/// that and without a full stop; empty: there is none.
+std::string reason_of_end(Kind kind, std::string_view console);
+
+/// The same of `log/<kind>/console.log`.
+std::string reason_of_end(Kind kind);
+
 /// The last ten lines of the logs of a server, each log with its name, as far as there are any.
 std::string last_words(Kind kind, std::filesystem::path const& log_dir);
 

@@ -97,6 +97,11 @@ std::optional<Process> read_process(pid_t id)
     return process;
 }
 
+bool are_hidden()
+{
+    return !read_process(1);
+}
+
 bool is_alive(Process const& process)
 {
     auto const now = read_process(process.id);

@@ -21,6 +21,10 @@ std::optional<Process> read_process(pid_t id);
 /// The same process still lives: another one with its number counts as its end.
 bool is_alive(Process const& process);
 
+/// Whether /proc keeps the processes of others from us (its option `hidepid`), and with them our own servers,
+/// whose memory nobody may read (PR_SET_DUMPABLE).
+bool are_hidden();
+
 WallTime beginning_of(Process const& process);
 
 /// The numbers of the sockets that a process has open; nothing of those that we may not look into.

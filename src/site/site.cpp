@@ -4,6 +4,7 @@
 
 #include "answers.hpp"
 #include "app/environment.hpp"
+#include "app/own_limits.hpp"
 #include "command_line.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
@@ -235,6 +236,18 @@ result<> start_all(Place const& place, CommandLine const& line, bool stops_befor
     return {};
 }
 
+/// What none of our files and configurations can change.
+result<> check_environment(Verb verb)
+{
+    if (are_hidden())
+        return Failure(errc::unavailable,
+                       "Servers can't be watched or stopped from here, because /proc hides the processes of "
+                       "others (its option hidepid), and with them our servers. Run this as root, or let "
+                       "root allow it with: mount -o remount,hidepid=0 /proc");
+    bool const starts = verb == Verb::ready || verb == Verb::start || verb == Verb::restart;
+    return starts ? app::check_limits(app::own_limits()) : result<>();
+}
+
 result<> obey(Place const& place, CommandLine const& line)
 {
     if (line.verb == Verb::idle)
@@ -270,6 +283,8 @@ int run(std::vector<std::string_view> const& arguments)
     place.programs = place.folder + "/build/release/bin";
     if (failed)
         return print_failure(Failure(errc::unavailable, "This folder is gone: " + failed.message()));
+    if (auto const possible = check_environment(line.verb); !possible)
+        return print_failure(possible.error());
     if (line.verb == Verb::status)
         return show_all(place, line.name);
     auto const done = obey(place, line);

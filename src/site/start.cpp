@@ -39,8 +39,8 @@ struct Started
 
 bool has_configuration(Kind kind, std::string const& name)
 {
-    std::error_code ignored;
-    return fs::exists(config_file(kind, name), ignored);
+    std::error_code ignored; // a link that leads nowhere is a mistake, and not a server that nobody wants
+    return fs::exists(fs::symlink_status(config_file(kind, name), ignored));
 }
 
 std::vector<std::string> command_of(Place const& place, Kind kind, int moved)
@@ -71,6 +71,18 @@ std::vector<std::string> warnings_of(Kind kind, std::string const& file)
                                       : std::vector<std::string>();
 }
 
+/// What keeps the server from its start, before what is only odd.
+std::string errors_first(Kind kind, std::string_view said)
+{
+    auto const odd = concat(program_of(kind), ": warning: ");
+    auto lines = core::split(core::trim(said), '\n');
+    std::ranges::stable_partition(lines, [&odd](std::string_view line) { return !line.starts_with(odd); });
+    std::string text;
+    for (auto const line : lines)
+        text += concat(line, "\n");
+    return text;
+}
+
 /// What can't be reached from here now is found out by the server, and by its doctor.
 result<> check_configuration(Place const& place, Kind kind, std::string const& file, int moved)
 {
@@ -80,7 +92,8 @@ result<> check_configuration(Place const& place, Kind kind, std::string const& f
     auto const end = run_program(command, patience);
     if (!end)
         return end.error();
-    return end->status == 0 ? result<>() : result<>(Failure(errc::invalid_config, end->output));
+    return end->status == 0 ? result<>()
+                            : result<>(Failure(errc::invalid_config, errors_first(kind, end->output)));
 }
 
 result<Settings> prepare_server(Place const& place, Kind kind, std::string const& file, int moved)
@@ -156,12 +169,20 @@ Failure gave_up(Settings const& settings, std::string const& sentence)
     return {errc::start_failed, concat(sentence, " It said:\n", last_words(settings.kind, settings.log_dir))};
 }
 
+/// With its reason before all else that it has said.
+Failure ended_at_once(Settings const& settings)
+{
+    auto const reason = reason_of_end(settings.kind);
+    return gave_up(settings, concat("The ", called(settings.kind), " ended at once",
+                                    reason.empty() ? "." : concat(": ", reason, ".")));
+}
+
 result<> await_answer(Settings const& settings, Process const& process)
 {
     auto const deadline = std::chrono::steady_clock::now() + patience;
     while (!answers(settings)) {
         if (!is_alive(process))
-            return gave_up(settings, concat("The ", called(settings.kind), " ended at once."));
+            return ended_at_once(settings);
         if (is_interrupted())
             return Failure(errc::closed, "Interrupted.");
         if (std::chrono::steady_clock::now() >= deadline)
@@ -186,7 +207,7 @@ result<> start_server(Place const& place, StartedSite const& site, Settings cons
         return id.error();
     auto const process = read_process(*id);
     if (!process)
-        return gave_up(settings, concat("The ", called(settings.kind), " ended at once."));
+        return ended_at_once(settings);
     started.push_back({settings.kind, *process});
     if (auto const noted = note_process(settings.kind, *id); !noted)
         std::cerr << terminal_text(noted.error().message()) << std::endl; // it is found without

@@ -39,7 +39,7 @@ FLOORS = {
                      'dlfcn.h', 'grp.h', 'pwd.h', 'sched.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
     'src/app': ['webots_cloud/', 'src/core/', 'src/async/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
-    'src/site': ['webots_cloud/', 'src/core/', 'src/site/', 'src/app/environment.hpp', 'boost/asio/', 'boost/json/', 'sys/', 'unistd.h', 'fcntl.h', 'arpa/inet.h', 'ifaddrs.h',
+    'src/site': ['webots_cloud/', 'src/core/', 'src/site/', 'src/app/environment.hpp', 'src/app/own_limits.hpp', 'boost/asio/', 'boost/json/', 'sys/', 'unistd.h', 'fcntl.h', 'arpa/inet.h', 'ifaddrs.h',
                  'net/if.h', 'netinet/'],
     'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/core/config/', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp', 'src/site/site.hpp'],

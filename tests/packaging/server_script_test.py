@@ -66,6 +66,10 @@ class ServerScriptTest(unittest.TestCase):
         with open(self.path(name), "w") as file:
             file.write(text)
 
+    def read(self, name):
+        with open(self.path(name)) as file:
+            return file.read()
+
     def configure(self, name, kinds=("session", "simulation"), **more):
         # The machine that runs the tests may be busy: that is not what most of them are about.
         settings = {"session": {"simulationServers": [f"localhost:{self.ports['simulation']}"], "loadThreshold": 1000}, "simulation": {}}
@@ -196,10 +200,6 @@ class Starting(ServerScriptTest):
                        simulationServers=[{"address": f"*/{self.ports['simulation']}", "internal": f"127.0.0.1:{self.ports['simulation']}"}],
                        teacherPasswordFile="log/.teacher-password")
         self.configure("lan", kinds=["simulation"], server="*", portRewrite=True, listenAddress="127.0.0.1")
-
-    def read(self, name):
-        with open(self.path(name)) as file:
-            return file.read()
 
     def fake(self, name, text):
         self.write(f"bin/{name}", f"#!/bin/bash\n{text}\n")
@@ -551,9 +551,27 @@ class Refusing(ServerScriptTest):
         self.configure("local", kinds=("session",), logDir="/proc/nowhere")
         status, _, errors = self.run_script("start")
         self.assertEqual(status, 1)
-        self.assertIn("The session server ended at once. It said:", errors)
+        self.assertRegex(errors, r"^The session server ended at once: .*/proc/nowhere.*[^.]\. It said:\n")  # why comes first
         self.assertIn("output.log", errors)
         self.assertFalse(os.path.exists(self.path("log/.session.pid")))
+
+    def test_a_server_without_the_program_that_starts_simulations_does_not_start(self):
+        os.unlink(self.path("build/release/bin"))
+        os.makedirs(self.path("build/release/bin"))
+        for program in os.listdir(PROGRAMS):
+            if program.startswith("webots-") and program != "webots-process-guard":
+                shutil.copy(os.path.join(PROGRAMS, program), self.path("build/release/bin"))
+        status, _, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        self.assertRegex(errors, r"^The simulation server ended at once: There is no program \S+/webots-process-guard, which starts simulations: build it")
+
+    def test_what_a_shell_allows_too_little_of_is_told_before_anything_is_started(self):
+        for limit, sentence in (("-n 20", r"A server needs \d+ open files at least, and may have 20\. Use ulimit -n "),
+                                ("-f 0", r"The logs of a server can't be written, because each file may have 0 kB at most\. Use ulimit -f unlimited "),
+                                ("-v 100000", r"A server needs \d+ MB of address space at least, and may have 97 MB\. Use ulimit -v unlimited ")):
+            status, output, errors = self.run_script("start", command=("bash", "-c", f'ulimit {limit}; ./server.sh "$@"', "bash"))
+            self.assertEqual((status, output), (1, ""))
+            self.assertRegex(errors, f"^{sentence}")
 
     def test_another_configuration_does_not_replace_servers_that_run(self):
         self.configure("other")

@@ -72,8 +72,6 @@ Findings website_findings(SimulationConfig const& config)
     };
     if (config.docker)
         return findings;
-    if (!config.projects_dir.empty())
-        require("projectsDir", config.projects_dir, "Websites have no templates to start from.");
     if (config.key_dir != SimulationConfig().key_dir)
         require("keyDir", config.key_dir, "Projects are fetched from websites without a key.");
     return findings;

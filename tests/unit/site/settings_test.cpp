@@ -91,6 +91,17 @@ BOOST_AUTO_TEST_CASE(the_last_starts_that_failed_are_those_of_this_server)
         BOOST_TEST(failed_starts(odd, "").empty());
 }
 
+BOOST_AUTO_TEST_CASE(why_a_server_ended_is_its_last_word_in_its_own_name)
+{
+    constexpr auto kind = Kind::simulation;
+    BOOST_TEST(reason_of_end(kind, "").empty());
+    BOOST_TEST(reason_of_end(kind, "a library: is missing\n").empty());
+    BOOST_TEST(reason_of_end(kind, "webots-simulation-server: a: warning\n"
+                                   "webots-simulation-server: There is no program: build it.\n"
+                                   "something else\n") == "There is no program: build it");
+    BOOST_TEST(reason_of_end(Kind::session, "webots-simulation-server: not this one").empty());
+}
+
 BOOST_AUTO_TEST_CASE(a_site_is_asked_where_it_listens)
 {
     BOOST_TEST(own_address("::") == "127.0.0.1");
