@@ -103,7 +103,7 @@ make_packages()
     lock
     install_packages cmake/packages/build.txt cmake/packages/package.txt
     install_page_libraries
-    build installable
+    build installable WEBOTS_CLOUD_HARDENING=ON # what others install, or what a service runs, faces a network
     rm -rf build/release/packages # of an older version
     cpack --preset release >build/release/packages.log 2>&1 || {
         tail -n 10 build/release/packages.log >&2
@@ -148,19 +148,27 @@ install_editor()
         echo "The page of the website has a plain text field instead of an editor: npm could not install one." >&2
 }
 
-# build TARGET: what of it is not built yet, showing how far it is in one line. What the tools say is in build/release/build.log.
+# build TARGET [NAME=VALUE]: what of it is not built yet, with that variable of CMake, showing how far it is in one line. What the tools say is
+# in build/release/build.log.
 build()
 {
-    local log=build/release/build.log mask
+    local log=build/release/build.log mask variable=${2-}
     mask=$(umask)
     umask 022 # the users of simulations run what is built
     rm -f "$log" # whatever somebody has put in its place
     : >"$log"
     # Configured anew also when a library of the pages has come since.
     [[ -e build/release/build.ninja && ! build/node/src/web/view -nt build/release/build.ninja &&
-        ! build/node/src/web/class -nt build/release/build.ninja ]] || cmake --preset release >"$log" 2>&1 || build_failed "$log"
+        ! build/node/src/web/class -nt build/release/build.ninja ]] && is_set "$variable" ||
+        cmake --preset release ${variable:+"-D$variable"} >"$log" 2>&1 || build_failed "$log"
     NINJA_STATUS='[%f/%t] ' cmake --build --preset release --parallel "$(compilers)" --target "$1" 2>&1 | show_progress "$log" || build_failed "$log"
     umask "$mask"
+}
+
+# is_set [NAME=VALUE]: whether the build is configured like that.
+is_set()
+{
+    [[ -z $1 ]] || grep -qx "${1%%=*}:[A-Z]*=${1#*=}" build/release/CMakeCache.txt 2>/dev/null
 }
 
 # How many compilers may run at once: each takes up to 1 GB of memory.

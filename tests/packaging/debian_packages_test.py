@@ -117,6 +117,30 @@ class DebianPackages(unittest.TestCase):
         self.assertEqual(sorted(os.listdir(self.path(SHARED, "DEBIAN"))), ["control", "md5sums", "shlibs", "triggers"])
         self.assertEqual(self.read(SHARED, "DEBIAN/triggers"), "activate-noawait ldconfig\n")
 
+    def test_hardening_is_that_of_dpkg_buildflags(self):
+        asked = {**os.environ, "DEB_BUILD_MAINT_OPTIONS": "hardening=+bindnow"}
+        flags = {name: run("dpkg-buildflags", "--get", name, env=asked).split() for name in ("CPPFLAGS", "CXXFLAGS", "LDFLAGS")}
+        compiled = [flag for flag in flags["CPPFLAGS"] + flags["CXXFLAGS"] if re.match(r"-fstack|-Wformat|-Werror=format|-D_FORTIFY", flag)]
+        linked = {flag.removeprefix("-Wl,") for flag in flags["LDFLAGS"]}
+        self.assertEqual(len(compiled), 4, flags)
+        with open(os.path.join(SOURCE, "cmake", "hardening.cmake")) as file:
+            ours = file.read()
+        self.assertLessEqual(set(compiled), set(re.search(r"add_compile_options\((.*)\)", ours)[1].split()))
+        self.assertEqual(linked, set(re.search(r"add_link_options\((.*)\)", ours)[1].replace("LINKER:", "").split()))
+
+    def test_a_hardened_build_gives_hardened_programs(self):
+        with open(os.path.join(BUILD, "CMakeCache.txt")) as file:
+            if "\nWEBOTS_CLOUD_HARDENING:BOOL=ON\n" not in file.read():
+                self.skipTest("this build has no WEBOTS_CLOUD_HARDENING, which ./server.sh package turns on")
+        for kind in SERVERS.values():
+            program = os.path.join(self.root, "usr/bin", f"webots-{kind}-server")
+            self.assertRegex(run("readelf", "--file-header", program), r"Type: +DYN")
+            self.assertIn("GNU_RELRO", run("readelf", "--wide", "--segments", program))
+            self.assertRegex(run("readelf", "--wide", "--dynamic", program), r"\(FLAGS\) +.*BIND_NOW")
+            symbols = run("readelf", "--wide", "--dyn-syms", program)
+            self.assertRegex(symbols, r"__stack_chk_fail")
+            self.assertRegex(symbols, r"__\w+_chk@")
+
     def test_all_that_is_installed_from_source_is_in_one_package(self):
         prefix = os.path.join(self.folder, "prefix")
         run("cmake", "--install", BUILD, "--prefix", prefix)

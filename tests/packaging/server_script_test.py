@@ -658,6 +658,21 @@ class Installing(ServerScriptTest):
         self.assertEqual(output.splitlines(), [f"build/release/packages/{name}.deb" for name in ("libwebots-cloud-dev_1", "webots-cloud-demo_1")])
         self.assertFalse(os.path.exists(self.path("installed")))
 
+    def test_what_is_packaged_is_hardened(self):
+        self.write("bin/cmake", "#!/bin/sh\necho \"$@\" >>called\n")
+        asked = "--preset release -DWEBOTS_CLOUD_HARDENING=ON"
+        self.write("build/release/build.ninja", "# of a start, without")
+        self.write("build/release/CMakeCache.txt", "WEBOTS_CLOUD_HARDENING:BOOL=OFF\n")
+        self.assertEqual(self.run_script("package")[0], 0)
+        self.assertEqual(self.read("called").splitlines()[0], asked)
+        self.write("build/release/CMakeCache.txt", "WEBOTS_CLOUD_HARDENING:BOOL=ON\n")
+        self.write("called", "")
+        self.assertEqual(self.run_script("package")[0], 0)
+        self.assertNotIn("--preset release -D", self.read("called"))  # it is already
+        self.write("called", "")
+        self.start()
+        self.assertNotIn("HARDENING", self.read("called"))  # and stays as it is
+
     def test_servers_that_run_here_would_be_in_the_way(self):
         self.start()
         status, _, errors = self.run_script("install")
