@@ -51,9 +51,18 @@ constexpr Route<Service> const* find(std::span<Route<Service> const> routes, std
     return found == routes.end() ? nullptr : &*found;
 }
 
+/// A request for what the server can do at all, as health checks of proxies send it: HAProxy's does, unless
+/// it is told otherwise. It needs no row.
+inline bool asks_for_options(IncomingRequest const& request) noexcept
+{
+    return request.method == "OPTIONS" && (request.path == "/" || request.path == "*");
+}
+
 template<class Service>
 Answer respond(std::span<Route<Service> const> routes, Service& service, IncomingRequest const& request)
 {
+    if (asks_for_options(request))
+        return core::options_page();
     auto const* const route = find(routes, request.path);
     if (!route || (route->may_ask && !(service.*route->may_ask)(request)))
         return core::not_found_page();

@@ -556,7 +556,9 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         // clang-format on
     });
     return table;
+        {"/livez/",        Methods::read,             everybody,                 ignored,  &Impl::liveness},
 }
+        {"/readyz/",       Methods::read,             everybody,                 ignored,  &Impl::readiness},
 
 Answer SessionService::Impl::session(IncomingRequest const& request)
 {

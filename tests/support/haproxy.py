@@ -1,7 +1,9 @@
 """HAProxy in front of other servers, in the foreground, on the loopback; it names its clients by `option forwardfor`."""
 
 import contextlib
+import csv
 import os
+import socket
 import subprocess
 import tempfile
 
@@ -40,6 +42,18 @@ backend all_of_{port}
 """
 
 
+# As its manual begins: what it asks is left to it, unless `check` says more.
+CHECKED = """
+frontend port_{port}
+    bind 127.0.0.1:{port}
+    default_backend checked
+backend checked
+    option httpchk {check}
+    default-server check inter 100ms fall 1 rise 1
+    server the_one 127.0.0.1:{target}
+"""
+
+
 def program():
     """The path of HAProxy; SkipTest where it is not installed."""
     return required_program("haproxy", "haproxy")
@@ -57,12 +71,27 @@ def balancer(port, targets):
 
 
 @contextlib.contextmanager
+def health(port, target, check=""):
+    """Yields a function that returns what HAProxy thinks of the server at `target`, which it asks by `option httpchk`: the status of the
+    server, and that of its last check as in `L7OK`; an empty string before the first one."""
+    with _running(CHECKED.format(port=port, target=target, check=check), [port]) as control:
+        def look():
+            with socket.socket(socket.AF_UNIX) as connection:
+                connection.connect(control)
+                connection.sendall(b"show stat\n")
+                lines = connection.makefile().read().splitlines()
+            row = next(row for row in csv.DictReader([lines[0].removeprefix("# "), *lines[1:]]) if row["svname"] == "the_one")
+            return row["status"], row["check_status"].removeprefix("* ").replace("INI", "")
+        yield look
+
+
+@contextlib.contextmanager
 def _running(frontends, ports):
     executable = program()
     with tempfile.TemporaryDirectory(prefix="webots_cloud_haproxy_") as folder:
         path = os.path.join(folder, "haproxy.cfg")
         with open(path, "w") as file:
-            file.write(CONFIGURATION + frontends)
+            file.write(f"global\n    stats socket {folder}/control\n" + CONFIGURATION + frontends)
         log = os.path.join(folder, "output.log")
         with open(log, "wb") as output:
             process = subprocess.Popen([executable, "-db", "-f", path], stdin=subprocess.DEVNULL, stdout=output, stderr=output)
@@ -71,6 +100,6 @@ def _running(frontends, ports):
             if process.poll() is not None:
                 with open(log) as file:
                     raise AssertionError(f"HAProxy ended at once:\n{file.read()}")
-            yield
+            yield os.path.join(folder, "control")
         finally:
             end(process)

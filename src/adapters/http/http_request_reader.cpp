@@ -146,6 +146,12 @@ private:
 
     int read_target(std::string_view target)
     {
+        // Asterisk form (RFC 9112, 3.2.4), as health checks of proxies send it.
+        if (target == "*" && reader_.request_.method == "OPTIONS") {
+            reader_.request_.path = target;
+            reader_.request_.query = {};
+            return 0;
+        }
         // Absolute form, as clients of a proxy send it: the authority is nothing to us.
         if (!target.starts_with('/')) {
             auto const scheme = target.substr(0, target.find("://"));

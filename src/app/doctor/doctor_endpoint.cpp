@@ -32,7 +32,7 @@ Answer DoctorEndpoint::respond(IncomingRequest const& request)
     if (request.path == "/api/doctor" && request.is_operator)
         return report(request);
     auto answer = service_.respond(request);
-    if (auto* const page = std::get_if<HttpResponse>(&answer); page && request.path == "/livez")
+    if (auto* const page = std::get_if<HttpResponse>(&answer); page && request.path.starts_with("/livez"))
         page->headers.emplace_back(instance_header, instance_);
     return answer;
 }

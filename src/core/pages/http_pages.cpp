@@ -46,6 +46,13 @@ HttpResponse not_found_page()
     return status_page(404, "404: Not Found");
 }
 
+HttpResponse options_page()
+{
+    HttpResponse response(204, {}, {});
+    response.headers.emplace_back("Allow", "GET, HEAD, OPTIONS, POST");
+    return response;
+}
+
 HttpResponse method_not_allowed_page(std::string_view allow)
 {
     auto response = status_page(405, "405: Method Not Allowed");

@@ -25,6 +25,9 @@ HttpResponse not_found_page();
 /// The answer to `GET /metrics`: `own` figures, and below them those of `more`, unless that is empty.
 HttpResponse metrics_page(std::string own, std::function<std::string()> const& more);
 
+/// 204, with the methods that some path of a server has.
+HttpResponse options_page();
+
 /// 405, `allow` being the value of the Allow header.
 HttpResponse method_not_allowed_page(std::string_view allow);
 

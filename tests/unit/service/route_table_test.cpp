@@ -92,6 +92,17 @@ BOOST_AUTO_TEST_CASE(a_path_is_hidden_from_those_who_may_not_ask_whatever_the_me
     BOOST_TEST(allowed(response("GET", "/secret", true)) == "POST");
 }
 
+BOOST_AUTO_TEST_CASE(health_checks_may_ask_for_options_of_the_whole_server)
+{
+    for (auto const* path : {"/", "*"}) {
+        auto const answer = response("OPTIONS", path);
+        BOOST_TEST(answer.status == 204, path);
+        BOOST_TEST((answer.headers == HttpHeaders{{"Allow", "GET, HEAD, OPTIONS, POST"}}), path);
+        BOOST_TEST(response("GET", path).status == 404, path);
+    }
+    BOOST_TEST(response("OPTIONS", "/page").status == 405);
+}
+
 BOOST_AUTO_TEST_CASE(websockets_are_accepted_only_where_the_table_says_so)
 {
     auto handshake = request("GET", "/page");

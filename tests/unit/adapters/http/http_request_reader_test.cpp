@@ -137,6 +137,16 @@ BOOST_AUTO_TEST_CASE(the_version_and_the_connection_field_decide_whether_the_con
     BOOST_TEST(!stays("1.0", "Connection: close\r\n"));
 }
 
+BOOST_AUTO_TEST_CASE(options_may_be_asked_of_no_path)
+{
+    HttpRequestReader reader;
+    feed(reader, "OPTIONS * HTTP/1.0\r\n\r\n");
+    BOOST_TEST((reader.parse() == Progress::complete));
+    BOOST_TEST(reader.request().path == "*");
+    BOOST_TEST(verdict("OPTIONS ** HTTP/1.0\r\n\r\n") == 400);
+    BOOST_TEST(verdict("options * HTTP/1.0\r\n\r\n") == 400);
+}
+
 BOOST_AUTO_TEST_CASE(absolute_targets_are_those_of_their_path)
 {
     auto const target = [](std::string const& text) {
