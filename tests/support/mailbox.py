@@ -25,17 +25,19 @@ class Mail:
 class CompletionQueue:
     """Listens on the loopback. `tls` is a Certificate: then STARTTLS is offered. `users` maps logins to passwords.
 
-    `refusal` is what RCPT is answered with; `pause` an awaitable function that is called before a mail is taken.
+    `at_once`: TLS begins with the first byte. `refusal` is what RCPT is answered with; `pause` an awaitable function that is called before a mail is taken.
     """
 
-    def __init__(self, tls=None, users=None, refusal=None, pause=None, port=0):
+    def __init__(self, tls=None, users=None, refusal=None, pause=None, port=0, at_once=False):
         self.mails = []
         self.logins = []  # that were tried
         self.refusal = refusal
         self.pause = pause
         self.users = users or {}
         self.port = port or free_port()
-        options = {"tls_context": tls.context()} if tls else {}
+        options = {"ssl_context" if at_once else "tls_context": tls.context()} if tls else {}
+        if at_once:
+            options["auth_require_tls"] = False  # it looks for STARTTLS
         if users:
             options.update(authenticator=self._authenticate, auth_required=True)
         self.controller = Controller(self, hostname="127.0.0.1", port=self.port, ready_timeout=30, **options)

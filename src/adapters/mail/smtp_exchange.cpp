@@ -27,12 +27,19 @@ long milliseconds(Duration duration)
     return static_cast<long>(std::chrono::duration_cast<std::chrono::milliseconds>(duration).count());
 }
 
+/// RFC 8314, 3.3: at this port TLS begins with the first byte, and nothing is greeted before.
+bool speaks_tls_at_once(SmtpParams const& params) noexcept
+{
+    constexpr int submissions = 465;
+    return params.mail.server_port == submissions;
+}
+
 /// The last path segment is what EHLO says.
 std::string url_of(SmtpParams const& params)
 {
     bool const is_ipv6 = params.mail.server.find(':') != std::string::npos;
     auto const host = is_ipv6 ? concat("[", params.mail.server, "]") : params.mail.server;
-    return concat("smtp://", host, ":",
+    return concat(speaks_tls_at_once(params) ? "smtps://" : "smtp://", host, ":",
                   std::to_string(params.mail.server_port == 0 ? 25 : params.mail.server_port), "/",
                   params.own_name);
 }
@@ -99,7 +106,7 @@ result<> SmtpExchange::perform()
 void SmtpExchange::prepare()
 {
     curl_.easy_setopt(easy_, CURLOPT_URL, url_of(params_).c_str());
-    curl_.easy_setopt(easy_, CURLOPT_PROTOCOLS_STR, "smtp");
+    curl_.easy_setopt(easy_, CURLOPT_PROTOCOLS_STR, "smtp,smtps");
     curl_.easy_setopt(easy_, CURLOPT_PROXY, ""); // proxies of the environment are for the web
     curl_.easy_setopt(easy_, CURLOPT_NOSIGNAL, 1L);
     curl_.easy_setopt(easy_, CURLOPT_NETRC, static_cast<long>(CURL_NETRC_IGNORED));
@@ -138,10 +145,12 @@ void SmtpExchange::prepare_sockets()
                       std::max(1L, milliseconds(params_.timeout) / 1000));
 }
 
-/// With a password: TLS or nothing, and a certificate that is valid for the host. Without one: neither.
+/// With a password, or at the port for TLS: TLS or nothing, and a certificate that is valid for the host.
+/// Otherwise neither.
 void SmtpExchange::prepare_security()
 {
-    if (params_.mail.password.empty())
+    bool const logs_in = !params_.mail.password.empty();
+    if (!logs_in && !speaks_tls_at_once(params_))
         return;
     curl_.easy_setopt(easy_, CURLOPT_USE_SSL, static_cast<long>(CURLUSESSL_ALL));
     curl_.easy_setopt(easy_, CURLOPT_SSL_VERIFYPEER, 1L);
@@ -150,6 +159,8 @@ void SmtpExchange::prepare_security()
     // OpenSSL's own variable, which all other TLS here uses; only libcurl does not.
     if (char const* const trusted = std::getenv("SSL_CERT_FILE"))
         curl_.easy_setopt(easy_, CURLOPT_CAINFO, trusted);
+    if (!logs_in)
+        return;
     curl_.easy_setopt(easy_, CURLOPT_USERNAME, params_.mail.user.c_str());
     curl_.easy_setopt(easy_, CURLOPT_PASSWORD, params_.mail.password.c_str());
 }
@@ -257,7 +268,11 @@ bool SmtpExchange::take_reply(std::string_view line)
         refusal_ = line;
     if (line.starts_with("220") && is_last_line(line))
         ++greetings_;
-    if (params_.mail.password.empty() || greetings_ != 2 || !line.starts_with("250") || line.size() < 4)
+    // Where TLS begins in the middle, the server says 220 once more, and what it offered before counts no
+    // more.
+    int const last_greeting = speaks_tls_at_once(params_) ? 1 : 2;
+    if (params_.mail.password.empty() || greetings_ != last_greeting || !line.starts_with("250") ||
+        line.size() < 4)
         return true;
     offers_login_ = offers_login_ || line.substr(4).starts_with("AUTH");
     if (!is_last_line(line))

@@ -203,7 +203,7 @@ constexpr std::array session_mail{
               .reloaded = true},
     ConfigKey{.name = "mailServerPort",
               .value = member<&SessionConfig::mail, &MailConfig::server_port>,
-              .text = "port of `mailServer`; 0: 25",
+              .text = "port of `mailServer`; 0: 25; at 465 TLS begins at once",
               .max = highest_port,
               .reloaded = true},
     ConfigKey{.name = "mailSender",
@@ -217,7 +217,9 @@ constexpr std::array session_mail{
               .reloaded = true},
     ConfigKey{.name = "mailSenderPassword",
               .value = secret<&SessionConfig::mail, &MailConfig::password>,
-              .text = "password at `mailServer`; with one, mails are sent by STARTTLS after a login",
+              .text =
+                  "password at `mailServer`; with one, mails are sent after a login, and by STARTTLS unless "
+                  "`mailServerPort` is 465",
               .reloaded = true},
 };
 
