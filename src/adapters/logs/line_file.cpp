@@ -6,6 +6,7 @@
 
 #include <boost/asio/post.hpp>
 
+#include <sys/types.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -18,7 +19,8 @@ namespace {
 
 namespace asio = boost::asio;
 
-constexpr int max_waiting = 64; // a disk that stalls costs lines, never memory
+constexpr mode_t permissions = 0666; // less what the umask takes
+constexpr int max_waiting = 64;      // a disk that stalls costs lines, never memory
 
 std::string last_problem()
 {
@@ -29,9 +31,13 @@ std::string last_problem()
 class LineFile
 {
 public:
-    LineFile(asio::any_io_executor executor, std::string name, adapters::FileDescriptor file, Logger log)
-        : executor_(std::move(executor)), name_(std::move(name)), log_(std::move(log)), file_(std::move(file))
-    {}
+    LineFile(asio::any_io_executor executor, std::string name, std::filesystem::path path,
+             adapters::FileDescriptor file, std::string first_line, std::size_t max, Logger log)
+        : executor_(std::move(executor)), name_(std::move(name)), path_(std::move(path)),
+          first_line_(std::move(first_line)), max_(max), log_(std::move(log)), file_(std::move(file))
+    {
+        append(first_line_);
+    }
 
     ~LineFile() { writer_.join(); }
 
@@ -41,6 +47,8 @@ public:
             return;
         ++waiting_;
         writer_.post([this, line = std::move(line)] {
+            if (size_ > first_line_.size() && size_ + line.size() > max_)
+                rotate();
             write(line);
             --waiting_;
         });
@@ -51,24 +59,46 @@ private:
     {
         while (file_ && !text.empty()) {
             auto const written = ::write(file_.get(), text.data(), text.size());
-            if (written >= 0)
+            if (written >= 0) {
                 text.remove_prefix(static_cast<std::size_t>(written));
-            else if (errno != EINTR)
-                give_up();
+                size_ += static_cast<std::size_t>(written);
+            } else if (errno != EINTR) {
+                give_up(last_problem());
+            }
         }
     }
 
-    void give_up()
+    /// Whatever keeps its name from being changed, the file stays bounded.
+    void rotate()
     {
-        auto const text = core::concat(name_, " cannot be written: ", last_problem());
+        auto old = path_;
+        old += ".1";
+        std::error_code ignored;
+        std::filesystem::rename(path_, old, ignored);
+        auto opened = adapters::open_output(path_, adapters::OutputMode::anew, permissions);
+        if (!opened)
+            return give_up(opened.error().message());
+        file_ = std::move(opened->file);
+        size_ = 0;
+        write(first_line_);
+    }
+
+    void give_up(std::string_view why)
+    {
+        auto const text = core::concat(name_, " cannot be written: ", why);
         file_ = adapters::FileDescriptor();
         asio::post(executor_, [log = log_, text] { log.error(text); });
     }
 
     asio::any_io_executor executor_;
     std::string name_; ///< In sentences, with its path.
+    std::filesystem::path path_;
+    std::string first_line_;
+    std::size_t max_;
     Logger log_;
-    adapters::FileDescriptor file_; ///< The writer's, once that has begun.
+    // The writer's, once that has begun.
+    adapters::FileDescriptor file_;
+    std::size_t size_ = 0;
     std::atomic<int> waiting_ = 0;
     adapters::WorkerThreads writer_{1};
 };
@@ -77,10 +107,10 @@ private:
 
 std::function<void(std::string line)> make_line_file(asio::any_io_executor executor, std::string name,
                                                      std::filesystem::path file, std::string first_line,
-                                                     Logger log)
+                                                     Logger log, std::size_t max_bytes)
 {
     name += " " + file.string();
-    auto opened = adapters::open_output(file, adapters::OutputMode::anew, 0666);
+    auto opened = adapters::open_output(file, adapters::OutputMode::anew, permissions);
     if (!opened) {
         log.error(core::concat(name, " cannot be created: ", opened.error().message()));
         return {};
@@ -88,8 +118,8 @@ std::function<void(std::string line)> make_line_file(asio::any_io_executor execu
     if (!opened->notice.empty())
         log.warning(opened->notice);
     auto const lines =
-        std::make_shared<LineFile>(std::move(executor), std::move(name), std::move(opened->file), log);
-    lines->append(std::move(first_line));
+        std::make_shared<LineFile>(std::move(executor), std::move(name), std::move(file),
+                                   std::move(opened->file), std::move(first_line), max_bytes, log);
     return [lines](std::string line) { lines->append(std::move(line)); };
 }
 

@@ -91,6 +91,7 @@ result<> RotatingFile::append(spdlog::details::log_msg const& message)
 {
     spdlog::memory_buf_t line;
     formatter_->format(message, line);
+    follow_name();
     if (size_ > 0 && size_ + line.size() > max_)
         rotate();
     if (!open_)
@@ -106,6 +107,20 @@ result<> RotatingFile::append(spdlog::details::log_msg const& message)
         notice_.clear();
     }
     return write(line);
+}
+
+/// Where the name's new file can't be opened, as in a folder that took the place of ours, the old one stays.
+void RotatingFile::follow_name()
+{
+    struct stat named
+    {};
+    struct stat opened
+    {};
+    if (!open_ || ::fstat(open_.get(), &opened) != 0)
+        return;
+    bool const is_there = ::lstat(file_.c_str(), &named) == 0;
+    if (!is_there || named.st_ino != opened.st_ino || named.st_dev != opened.st_dev)
+        (void)open();
 }
 
 result<> RotatingFile::write(spdlog::memory_buf_t const& line)

@@ -17,6 +17,9 @@ namespace webots_cloud::adapters {
 /// full, and so on; spdlog's own sink has `output.1.log`, follows links, and waits for pipes. Throws
 /// spdlog_ex when the file can't be opened until somebody fixes the cause.
 ///
+/// A file that somebody has renamed or removed, as logrotate does, is left alone: the next line goes into the
+/// one that has the name then, or into a new one.
+///
 /// Anything else with the file's name is renamed, and the next line says so. Lines that can't be written, as
 /// on a full disk, go to standard error; the first one after them says so in the file.
 ///
@@ -32,6 +35,7 @@ private:
     void flush_() override {} // every line is written at once
 
     result<> open();
+    void follow_name();
     result<> append(spdlog::details::log_msg const& message);
     result<> write(spdlog::memory_buf_t const& line);
     void rotate();

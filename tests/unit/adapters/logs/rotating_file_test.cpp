@@ -96,6 +96,22 @@ BOOST_AUTO_TEST_CASE(a_line_longer_than_a_file_has_one_of_its_own)
     BOOST_TEST(folder.read("output.log") == "1\n");
 }
 
+// As logrotate does.
+BOOST_AUTO_TEST_CASE(a_file_that_was_renamed_gets_no_more_lines)
+{
+    Folder folder;
+    auto const file = open(folder);
+    write(*file, "1111");
+    fs::rename(folder.path / "output.log", folder.path / "renamed");
+    std::ofstream(folder.path / "output.log").close();
+    write(*file, "2222");
+    fs::remove(folder.path / "output.log");
+    write(*file, "3333");
+    BOOST_TEST(folder.read("renamed") == "1111\n");
+    BOOST_TEST(folder.read("output.log") == "3333\n");
+    BOOST_TEST((folder.names() == std::set<std::string>{"output.log", "renamed"}));
+}
+
 // A simulation may put anything in the place of the logs, at any time.
 BOOST_AUTO_TEST_CASE(what_is_in_the_way_is_set_aside_and_the_log_says_so)
 {
