@@ -1,5 +1,7 @@
 #include "config_rules.hpp"
 
+#include "core/access/asked_name.hpp"
+#include "core/access/host_name.hpp"
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
 #include "core/machine_labels.hpp"
@@ -39,6 +41,34 @@ void check_origins(ConfigReader& reader, std::string_view key,
                       "a list of sites, as in \"https://example.org\", \"https://*.example.org\" or \"*\"");
 }
 
+/// Of an address the name is what was asked for; of one with letters beyond ASCII what browsers make of it.
+std::string name_advice(std::string_view server)
+{
+    if (auto const ascii = ascii_host_name(server); ascii != server && is_authority(ascii))
+        return concat(": write \"", ascii, "\", as browsers say it");
+    auto const scheme = server.find("://");
+    if (scheme == std::string_view::npos)
+        return {};
+    auto const name = server.substr(scheme + 3, server.find('/', scheme + 3) - scheme - 3);
+    return is_authority(name) ? concat(": write \"", name, "\"") : std::string();
+}
+
+/// What stands for many names would let in many: they are listed. `*` alone is as in `server`.
+void check_host_names(ConfigReader& reader, std::vector<std::string> const& names)
+{
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        auto const& name = names[i];
+        bool const is_pattern = name != asked_name && name.find('*') != std::string::npos;
+        if (is_pattern || !is_authority(name))
+            reader.refuse_entry("hostNames", i + 1, boost::json::value(name),
+                                is_pattern
+                                    ? "a whole name of this machine: patterns are for \"allowedOrigins\", "
+                                      "so write each name"
+                                    : "a name of this machine, as in \"lab7.example.org\"",
+                                is_pattern ? std::string() : name_advice(name));
+    }
+}
+
 /// Addresses and networks, as in `10.0.0.0/8`.
 void check_networks(ConfigReader& reader, std::string_view key, std::vector<std::string> const& networks)
 {
@@ -47,16 +77,6 @@ void check_networks(ConfigReader& reader, std::string_view key, std::vector<std:
     for (std::size_t i = 0; i < networks.size(); ++i)
         if (!core::IpNetwork::parse(networks[i]))
             reader.refuse_entry(key, i + 1, boost::json::value(networks[i]), wanted);
-}
-
-/// Of an address the name is what was asked for.
-std::string name_advice(std::string_view server)
-{
-    auto const scheme = server.find("://");
-    if (scheme == std::string_view::npos)
-        return {};
-    auto const name = server.substr(scheme + 3, server.find('/', scheme + 3) - scheme - 3);
-    return is_authority(name) ? concat(": write \"", name, "\"") : std::string();
 }
 
 } // namespace
@@ -113,9 +133,7 @@ bool is_authority(std::string_view text, Port port)
 
 void check_access(ConfigReader& reader, AccessConfig const& access)
 {
-    if (!std::all_of(access.host_names.begin(), access.host_names.end(),
-                     [](std::string const& name) { return is_authority(name); }))
-        reader.refuse("hostNames", "a list of names of this machine, as in \"lab7.example.org\"");
+    check_host_names(reader, access.host_names);
     check_origins(reader, "allowedOrigins", access.allowed_origins);
     check_origins(reader, "frameAncestors", access.frame_ancestors);
     check_networks(reader, "monitorAddresses", access.monitor_addresses);

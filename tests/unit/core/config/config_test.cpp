@@ -1088,8 +1088,27 @@ BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
     BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a/1"],"allowedOrigins":["example.org"]})") ==
                "c.json: key \"allowedOrigins\": expected a list of sites, as in \"https://example.org\", "
                "\"https://*.example.org\" or \"*\", found the list [\"example.org\"]");
-    BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a/1"],"hostNames":["http://lab7/"]})")
-                   .starts_with("c.json: key \"hostNames\": expected a list of names of this machine"));
+}
+
+BOOST_AUTO_TEST_CASE(a_name_of_the_machine_is_a_whole_one_as_browsers_say_it)
+{
+    auto const fault_of = [](std::string_view name) {
+        return session_error(R"({"port":1,"simulationServers":["a/1"],"hostNames":["lab7",")" +
+                             std::string(name) + R"("]})");
+    };
+    BOOST_TEST(fault_of("http://lab8/") ==
+               "c.json: key \"hostNames\", entry 2: expected a name of this machine, as in "
+               "\"lab7.example.org\", found the string \"http://lab8/\": write \"lab8\"");
+    BOOST_TEST(fault_of("*.example.org") ==
+               "c.json: key \"hostNames\", entry 2: expected a whole name of this machine: patterns are for "
+               "\"allowedOrigins\", so write each name, found the string \"*.example.org\"");
+    BOOST_TEST(
+        fault_of("B\u00fccher.example").ends_with(": write \"xn--bcher-kva.example\", as browsers say it"));
+    BOOST_TEST(parse_session_config(R"({"port":1,"simulationServers":["a/1"],"hostNames":["*"]})", "c.json")
+                   .has_value());
+    BOOST_TEST(
+        session_error(R"({"port":1,"simulationServers":["a/1"],"server":"gr\u00fc\u00dfe.example:8443"})")
+            .ends_with(": write \"xn--gre-6ka8l.example:8443\", as browsers say it"));
 }
 
 BOOST_AUTO_TEST_CASE(a_certificate_and_its_key_are_given_together)
