@@ -102,6 +102,12 @@ HttpResponse session_answer(std::string address)
     return response;
 }
 
+HttpResponse for_any_page(HttpResponse response)
+{
+    response.headers.emplace_back("Access-Control-Allow-Origin", "*");
+    return response;
+}
+
 } // namespace
 
 struct SessionService::Impl final : FleetObserver
@@ -710,29 +716,26 @@ Answer SessionService::Impl::web_file(IncomingRequest const& request)
         return response;
     }
     if (path == "/viewer/defaults.json")
-        return core::json_page(core::viewer_defaults(params.config));
+        return for_any_page(core::json_page(core::viewer_defaults(params.config)));
     constexpr std::string_view page_folder = "/viewer/";
     auto name = path == page_folder ? std::string_view("viewer/index.html") : path.substr(1);
     // The page finds the modules below itself, so that proxies need one rule for both.
     if (path.starts_with("/viewer/view/"))
         name = path.substr(page_folder.size());
-    auto answer = embedded(name, request);
-    auto* const response = std::get_if<HttpResponse>(&answer);
-    if (path.starts_with("/view/")) // modules that pages of other sites import, or miss
-        response->headers.emplace_back("Access-Control-Allow-Origin", "*");
-    return answer;
+    return embedded(name, request);
 }
 
-/// A file of `src/web`.
+/// A file of `src/web`: public, and the same for everybody. Pages of other sites import modules, or learn
+/// that a build lacks one; and our own pages have no origin in a sandboxed frame.
 Answer SessionService::Impl::embedded(std::string_view name, IncomingRequest const& request)
 {
     auto const asset = web::find_asset(name);
     if (!asset)
-        return core::not_found_page();
+        return for_any_page(core::not_found_page());
     auto& page = files[asset->content.data()];
     if (page.empty())
         page.set(std::string(asset->content), std::string(asset->gzip));
-    return page.answer(asset->content_type, request.header("If-None-Match"));
+    return for_any_page(page.answer(asset->content_type, request.header("If-None-Match")));
 }
 
 /// The page of classes, for teachers and students.
@@ -744,7 +747,7 @@ Answer SessionService::Impl::class_page(IncomingRequest const& request)
         return response;
     }
     if (request.path == "/class/defaults.json")
-        return core::json_page(core::viewer_defaults(params.config));
+        return for_any_page(core::json_page(core::viewer_defaults(params.config)));
     return embedded(core::class_file(request.path), request);
 }
 
