@@ -1,11 +1,11 @@
 #include "https_redirect.hpp"
 
+#include "challenges.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/https_address.hpp"
 #include "core/text.hpp"
 #include "operator_requests.hpp"
 
-#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/servers.hpp>
 
@@ -23,7 +23,6 @@ using core::concat;
 namespace {
 
 constexpr std::string_view html = "text/html; charset=UTF-8";
-constexpr std::size_t max_challenge = 4096;
 
 core::SiteAccess site_of(PublicAddress const& address, AccessConfig const& access)
 {
@@ -49,7 +48,7 @@ struct HttpsRedirect::Impl final : Endpoint
     Impl(asio::any_io_executor const& executor, PublicAddress public_address, NetworkConfig const& network,
          AccessConfig const& access, Logger logger)
         : address(std::move(public_address)), site(site_of(address, access)),
-          challenges(network.challenge_folder), log(std::move(logger)), forever(executor)
+          challenges(network.challenge_folder, *this), log(std::move(logger)), forever(executor)
     {
         if (network.redirect_port != 0)
             server = make_http_server(executor, plain_params(network), log);
@@ -57,9 +56,6 @@ struct HttpsRedirect::Impl final : Endpoint
 
     Answer respond(IncomingRequest const& request) override
     {
-        auto const challenge = core::challenge_in(request.path);
-        if (!challenge.empty() && !challenges.empty())
-            return answer_challenge(challenge);
         auto const target =
             request.query.empty() ? std::string(request.path) : concat(request.path, "?", request.query);
         bool const keeps_method = request.method == "GET" || request.method == "HEAD"; // with any status
@@ -71,20 +67,11 @@ struct HttpsRedirect::Impl final : Endpoint
         return response;
     }
 
-    /// A small file on this machine, now and then: reading it keeps nobody waiting.
-    HttpResponse answer_challenge(std::string_view name) const
-    {
-        auto const text =
-            read_regular_file(challenges / ".well-known" / "acme-challenge" / name, max_challenge);
-        return text ? HttpResponse(200, "text/plain", *text)
-                    : HttpResponse(404, std::string(html), "There is no such challenge.");
-    }
-
     asio::awaitable<void> serve_websocket(ChannelInfo, Channel&) override { co_return; }
 
     PublicAddress const address;
     core::SiteAccess const site;
-    std::filesystem::path const challenges;
+    Challenges challenges;
     Logger log;
     asio::steady_timer forever;
     std::unique_ptr<HttpServer> server; ///< Null: there is no such port.
@@ -105,7 +92,7 @@ result<> HttpsRedirect::listen()
 asio::awaitable<result<>> HttpsRedirect::run()
 {
     if (impl_->server)
-        co_return co_await impl_->server->run(*impl_);
+        co_return co_await impl_->server->run(impl_->challenges);
     impl_->forever.expires_at(asio::steady_timer::time_point::max());
     (void)co_await impl_->forever.async_wait(asio::as_tuple(asio::use_awaitable));
     co_return Failure(asio::error::operation_aborted);

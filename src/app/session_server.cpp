@@ -1,6 +1,7 @@
 // Composition of the session server: makes the parts from the configuration, connects them and runs them
 // until one ends. At SIGHUP each part that has an `apply` gets its share of the configuration anew.
 #include "async/first_of.hpp"
+#include "challenges.hpp"
 #include "core/base64.hpp"
 #include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
@@ -307,6 +308,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     AccessControl access(session_access_params(config), doctor, *clock, log, *token_check);
     access.follow(fleet);
     fleet.set(discovery.servers());
+    app::Challenges challenges(config.network.challenge_folder, access);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
@@ -328,7 +330,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         return obeyed;
     };
     auto const manager = make_service_manager();
-    auto parts = async::first_of(server->run(access), redirect.run(), operators->run(access),
+    auto parts = async::first_of(server->run(challenges), redirect.run(), operators->run(access),
                                  report_to(*manager, *clock), service.run(), monitor.run(), discovery.run(),
                                  administrator.mail.run(), doctor.run(look), app::sum_up_log(log, *clock),
                                  app::keep_costs(scheduler, *costs, *clock, log),

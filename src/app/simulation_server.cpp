@@ -2,6 +2,7 @@
 // (simulation_machine), then the server confines itself, and what handles projects and requests is made,
 // connected and run until one part ends. Functions above `serve_simulations` make single parts.
 #include "async/first_of.hpp"
+#include "challenges.hpp"
 #include "core/machine_labels.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
@@ -233,6 +234,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     app::DoctorEndpoint doctor(executor, service, *clock);
     AccessControl access(app::access_params(config.address.host, config.access), doctor, *clock, log,
                          *token_check);
+    app::Challenges challenges(config.network.challenge_folder, access);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
@@ -264,7 +266,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
     auto parts = async::first_of(
-        server->run(access), redirect.run(), operators->run(access), report_to(*manager, *clock),
+        server->run(challenges), redirect.run(), operators->run(access), report_to(*manager, *clock),
         service.run(), registration.run(), announcing.run(), app::run(*backends, *clock), doctor.run(look),
         app::obey_sigusr1(executor, drain), app::sum_up_log(log, *clock),
         app::obey_sighup(executor, std::move(reload), config, apply, log), logs->run());

@@ -162,6 +162,14 @@ class PlainPort(unittest.TestCase):
             self.assertEqual(status, 301, target)
             self.assertNotIn("PRIVATE", body)
 
+    def test_challenges_are_answered_over_https_as_well(self):
+        with open(os.path.join(self.challenges, ".well-known", "acme-challenge", "led_on"), "w") as file:
+            file.write("led_on.thumbprint")
+        for path, answer in (("led_on", (200, "led_on.thumbprint")), ("other_one", (404, "There is no such challenge."))):
+            self.assertEqual(self.server.ask(f"/.well-known/acme-challenge/{path}"), answer)
+        self.assertNotIn("PRIVATE", self.server.ask("/.well-known/acme-challenge/%2e%2e/%2e%2e/live/site/privkey.pem")[1])
+        self.assertEqual(self.server.ask("/livez"), (200, "alive"))
+
     def test_a_port_in_use_is_named(self):
         with socket.create_server(("", free_port())) as taken:
             config = {**self.server.config, "redirectPort": taken.getsockname()[1]}
