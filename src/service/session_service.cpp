@@ -519,8 +519,15 @@ std::string SessionService::Impl::own_address(std::string_view host) const
     return own_base(host);
 }
 
-Answer SessionService::Impl::client_without_upgrade(IncomingRequest const&)
+Answer SessionService::Impl::client_without_upgrade(IncomingRequest const& request)
 {
+    // Proxies without rules for it leave out `Upgrade` alone, which is for one connection.
+    if (!request.header("Sec-WebSocket-Key").empty())
+        log.warning(
+            LogCause("upgrade", request.client),
+            concat("A WebSocket for ", request.path, " came without \"Upgrade\"",
+                   core::of_client(request.client),
+                   ": a proxy in between lacks the rules that pass WebSockets on, see docs/gateway.md"));
     return HttpResponse(400, std::string(core::html_type), "Can \"Upgrade\" only to \"WebSocket\".");
 }
 
@@ -549,7 +556,9 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         {"/monitor",       Methods::read,             everybody,                 accepted, &Impl::monitor_page},
         {"/metrics",       Methods::read,             everybody,                 ignored,  &Impl::metrics},
         {"/livez",         Methods::read,             everybody,                 ignored,  &Impl::liveness},
+        {"/livez/",        Methods::read,             everybody,                 ignored,  &Impl::liveness},
         {"/readyz",        Methods::read,             everybody,                 ignored,  &Impl::readiness},
+        {"/readyz/",       Methods::read,             everybody,                 ignored,  &Impl::readiness},
         {"/api/decisions", Methods::read,             &Impl::may_read_decisions, ignored,  &Impl::decisions},
         {"/api/operator",  Methods::read,             &Impl::is_operators,       ignored,  &Impl::is_operator},
         {"/api/drain",     Methods::post,             &Impl::is_operators,       ignored,  &Impl::drain},
@@ -562,9 +571,7 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         // clang-format on
     });
     return table;
-        {"/livez/",        Methods::read,             everybody,                 ignored,  &Impl::liveness},
 }
-        {"/readyz/",       Methods::read,             everybody,                 ignored,  &Impl::readiness},
 
 Answer SessionService::Impl::session(IncomingRequest const& request)
 {

@@ -244,5 +244,21 @@ class BehindNginx(OurConfiguration, BehindAProxy):
     proxy = nginx
 
 
+class BehindNginxWithoutRules(unittest.TestCase):
+    def test_a_proxy_that_passes_no_websockets_on_is_named_in_the_log(self):
+        with SimulationServer(**LOCAL) as simulation, SessionServer([simulation.address], relay=True) as session:
+            for server in (simulation, session):
+                with self.subTest(server.PROGRAM), nginx.reverse_proxy(server.port) as origin:
+                    handshake = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
+                                 "Sec-WebSocket-Key": "MDEyMzQ1Njc4OWFiY2RlZg=="}
+                    with self.assertRaises(urllib.error.HTTPError) as refused:
+                        urllib.request.urlopen(urllib.request.Request(origin + "/client", headers=handshake), timeout=PATIENCE)
+                    refused.exception.close()
+                    self.assertEqual(refused.exception.code, 400)
+                    self.assertIn("A WebSocket for /client came without \"Upgrade\" (127.0.0.1): a proxy in between lacks the rules", server.log())
+                    self.assertEqual(server.ask("/client")[0], 400)  # somebody who has typed the address
+                    self.assertEqual(server.log().count("came without"), 1)
+
+
 if __name__ == "__main__":
     main()

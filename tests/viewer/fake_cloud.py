@@ -43,6 +43,8 @@ class FakeCloud:
         self.world = ["world:worlds/arena.wbt:worlds/arena.wbt"]  # The simulator's messages before it is loaded.
         self.multimedia = "multimedia: mjpeg pause "
         self.picture_headers = "Access-Control-Allow-Origin: *\r\n"  # Webots sends none, our gateways do.
+        self.held_back = False  # A proxy in between keeps pictures, as whole answers that never end.
+        self.strips_upgrade = False  # A proxy in front of the simulation server passes no WebSockets on.
         self.slow = False  # The network brings a quarter of the pictures; the others wait on the way.
         self.opened_streams = 0
         self.refused_pictures, self.asked_pictures = 0, 0  # So many requests for the pictures are answered 503.
@@ -308,6 +310,8 @@ class FakeCloud:
             if self.asked_pictures <= self.refused_pictures:
                 return respond(503, "text/plain", b"later")
             return await self._stream(protocol.transport)
+        if protocol.role == "simulation" and self.strips_upgrade:
+            return respond(400, "text/html", b'Can "Upgrade" only to "WebSocket".')
         if headers.get("Upgrade", "").lower() == "websocket":
             return None
         if protocol.role != "session":
@@ -349,7 +353,7 @@ class FakeCloud:
                 frame = self._frames[self._time // STEP_MS % len(self._frames)]
                 waiting += [part(frame)] * (2 if self._mode == "pause" else 1)  # Browsers show a part when the next one starts.
                 ticks += 1
-                if not self.slow or ticks % 4 == 0:
+                if not self.held_back and (not self.slow or ticks % 4 == 0):
                     transport.write(waiting.pop(0) if self.slow else b"".join(waiting))
                     if not self.slow:
                         waiting.clear()

@@ -20,7 +20,7 @@
 //   ended {text, failed, full, busy}  the last event; `failed` when the simulation never became ready, `full` when no machine was free,
 //                            `busy` when that is so, or the session server is asked too often: it may be asked again later
 
-import { webToSocket } from './address.js';
+import { socketToWeb, webToSocket } from './address.js';
 import { Lease } from './lease.js';
 import { explain, parseReason } from './refusals.js';
 import { Simulator } from './simulator.js';
@@ -38,6 +38,7 @@ const PATIENCE_MS = 10000; // with a simulator that is silent; doubled each time
 const PLACE_KEPT_S = 60;
 const PLACE_KEPT_AFTER_SILENCE_S = 35; // by then it has been lost for a while
 const SERVER_STOPS = 1001;
+const PROBE_MS = 5000;
 const BROKEN = 1006;
 const TAKEN_OVER = 4001;
 const RELAYED = ['message', 'scene', 'model', 'update', 'label', 'node', 'delete', 'mode', 'time', 'progress', 'world', 'output'];
@@ -234,8 +235,17 @@ export class Session extends EventTarget {
       clearInterval(this.#countdown);
       this.#verifySimulator();
     });
-    this.#lease.addEventListener('closed', ({ detail }) =>
-      this.#end(this.#lastWord || leaseLoss(detail, this.#ready, machine), this.#refusal));
+    this.#lease.addEventListener('closed', async ({ detail }) => {
+      const why = this.#lastWord || this.#problem || (detail.opened ? leaseLoss(detail, this.#ready) : await this.#whyClosed(machine));
+      this.#end(why, this.#refusal);
+    });
+  }
+
+  // Of a server that was never reached by a WebSocket. Browsers don't say why; plain requests go where proxies lack rules for others.
+  async #whyClosed(machine) {
+    const options = { mode: 'no-cors', cache: 'no-store', signal: AbortSignal.timeout(PROBE_MS) };
+    const answers = await fetch(`${socketToWeb(machine)}/livez`, options).then(() => true, () => false);
+    return answers ? say('lease.noUpgrade', { machine }) : say('lease.unreachable', { machine });
   }
 
   // A session server that answers with its own address takes the start itself: then it may make the page wait, and gives students
@@ -443,9 +453,7 @@ export class Session extends EventTarget {
 
 const refusedSocket = (url) => say('session.refusedSocket', { url });
 
-function leaseLoss({ opened, code }, ready, machine) {
-  if (!opened)
-    return say('lease.unreachable', { machine });
+function leaseLoss({ code }, ready) {
   if (code === TAKEN_OVER)
     return say('lease.takenOver');
   if (code === SERVER_STOPS)

@@ -20,6 +20,7 @@ import { placeText, returningText, SlowVoice, waitingTitle } from './view/waitin
 import { whenBack } from './view/watch.js';
 
 const SETTLING_MS = 3000; // the server updates its availability once a second
+const PICTURE_S = 10; // by then the first picture is there
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
 
 await loadPageTexts();
@@ -34,6 +35,7 @@ let lastMode = 'paused';
 let refused = false; // the last start found no free machine
 let deadline = { ends: Infinity, extendable: 0 };
 let pauseHidden = 0; // seconds
+let withoutPicture = 0; // seconds
 let resting = 0; // the timer that pauses the simulation of a hidden page
 let interrupted = ''; // its mode before that
 let place = null; // in the line: what the event "progress" tells of it
@@ -285,6 +287,21 @@ function showDeadline() {
   setText('left', `${Math.floor(left / 3600)}:${two(Math.floor(left / 60))}:${two(left)}`);
 }
 
+// Called every second. Proxies that keep whole answers keep pictures, whose stream has no end.
+function lookForPicture() {
+  const isMissing = ready && !session.lost && !document.hidden && session.target.mode === 'mjpeg' && picture.element.dataset.live === undefined;
+  withoutPicture = isMissing ? withoutPicture + 1 : 0;
+  element('no-picture-comes').hidden = withoutPicture < PICTURE_S;
+  element('start-in-3d').hidden = session?.owned !== true || element('show').querySelector('[value="w3d"]').disabled;
+}
+
+// Simulators draw either pictures or scenes: another one is started.
+function startInScene() {
+  disconnect();
+  element('show').value = 'w3d';
+  start();
+}
+
 // With `pauseHidden` in the server's configuration, a simulation of this page does not run for long while nobody sees it.
 function setHidden() {
   if (!document.hidden)
@@ -474,7 +491,12 @@ sayAll();
 whenBack(offerScene);
 element('extend').addEventListener('click', () => session?.extend());
 document.addEventListener('visibilitychange', setHidden);
-setInterval(() => session !== null && showDeadline(), 1000);
+element('start-in-3d').addEventListener('click', startInScene);
+setInterval(() => {
+  lookForPicture();
+  if (session !== null)
+    showDeadline();
+}, 1000);
 // Somebody who comes back, by a reload or with the button Back, finds the simulation again.
 window.addEventListener('pagehide', () => {
   if (ticket !== null)
