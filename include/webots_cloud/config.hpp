@@ -35,6 +35,9 @@ struct NetworkConfig
     /// `pingTimeout`, in seconds: a WebSocket that was silent for this time, although it was pinged, is
     /// lost. 0: never.
     Duration ping_timeout = std::chrono::seconds(60);
+    /// `pingInterval`, in seconds: a WebSocket that was silent for this time is pinged. Many proxies cut
+    /// what is silent for 30 s.
+    Duration ping_interval = std::chrono::seconds(20);
     /// `trustedProxies`: addresses and networks of proxies that are believed about who their clients are.
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
 };

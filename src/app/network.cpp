@@ -20,6 +20,7 @@ HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& con
     params.trusted_proxies = config.trusted_proxies;
     if (config.redirect_port != 0)
         params.spare_descriptors += app::max_redirected;
+    params.ping_after = config.ping_interval;
     if (config.ping_timeout > Duration::zero()) {
         params.ping_after = std::min(params.ping_after, config.ping_timeout / 2);
         params.pong_timeout = config.ping_timeout - params.ping_after;

@@ -5,6 +5,7 @@ The Python servers send no pings (protocol section 4.1), so that a simulation of
 laptop that is gone too. Ours says in the log why a simulation has ended, and `pingTimeout` how long it waits.
 """
 
+import json
 import os
 import signal
 import subprocess
@@ -13,7 +14,10 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, server  # noqa: E402
-from support.servers import end, main, wait_until  # noqa: E402
+from support import raw_websocket  # noqa: E402
+from support.servers import SessionServer, end, main, wait_until  # noqa: E402
+
+PING = b"\x89\x00"
 
 LAPTOP = """
 import asyncio, json, sys, websockets
@@ -95,6 +99,26 @@ class PingTimeout(unittest.TestCase):
             laptop.wake()
             laptop.hear(".")
             self.assertNotIn("[1] The simulation has lost", simulation.log())
+
+
+class PingInterval(unittest.TestCase):
+    def test_a_browser_is_pinged_while_its_start_is_silent(self):
+        start = json.dumps({"start": {"url": WORLD, "mode": "mjpeg"}}).encode()
+        with server(pingInterval=1, faults="never-ready") as simulation, raw_websocket.open_websocket(simulation, "/client") as browser:
+            browser.sendall(raw_websocket.frame(0x81, start))
+            wait_until(lambda: "started: " in simulation.log(), simulation.log)
+            heard = b""
+            while heard.count(PING) < 3 and (part := browser.recv(4096)):
+                heard += part
+            self.assertEqual(heard.count(PING), 3)
+            self.assertNotIn(b"webots:", heard)
+
+    def test_it_is_read_from_the_configuration_of_a_session_server(self):
+        with SessionServer([], pingInterval=1) as session, raw_websocket.open_websocket(session) as browser:
+            heard = b""
+            while heard.count(PING) < 2 and (part := browser.recv(4096)):
+                heard += part
+            self.assertEqual(heard, b"\x81\x010" + 2 * PING)
 
 
 if __name__ == "__main__":

@@ -32,6 +32,19 @@ test('the sentence goes when a picture arrives', async (t) => {
   await page.waitForSelector('#picture[data-live]');
 });
 
+test('a simulator that accepts and says nothing is named, and may still begin to speak', async (t) => {
+  await cloud.set('mute', ['simulator']);
+  const page = await openViewer(t);
+  await page.click('#start');
+  await status(page, 'Connecting to the simulator');
+  await status(page, 'says nothing. If it is a Webots that you have started, start it with --stream');
+  assert.ok(await page.isVisible('#status.problem'));
+  await state(page, 'starting');
+  await cloud.set('mute', []);
+  await cloud.call('send', 'simulator', 'scene load completed');
+  await state(page, 'running');
+});
+
 test('a proxy that passes no WebSockets on is told from a server that is not there', async (t) => {
   await cloud.set('strips_upgrade', true);
   const page = await openViewer(t);

@@ -59,8 +59,8 @@ struct HttpServerParams
     Duration idle_timeout = std::chrono::seconds(75);  ///< Between two requests of one connection.
     Duration write_timeout = std::chrono::seconds(30); ///< To take an answer.
     Duration ping_after =
-        std::chrono::seconds(30); ///< A WebSocket silent for that long is pinged, again and again.
-    Duration pong_timeout = std::chrono::seconds(30); ///< From the first ping to being dropped. 0: never.
+        std::chrono::seconds(20); ///< A WebSocket silent for that long is pinged, again and again.
+    Duration pong_timeout = std::chrono::seconds(40); ///< From the first ping to being dropped. 0: never.
     Duration stop_timeout =
         std::chrono::seconds(1); ///< For browsers to answer our close when the server stops.
     // Of requests that are passed on (`Forward`)

@@ -69,6 +69,14 @@ inline constexpr std::array connection_keys{
               .max = max_seconds,
               .least = 2}, // connections are looked at once a second
     ConfigKey{
+        .name = "pingInterval",
+        .value = member<&Config::network, &NetworkConfig::ping_interval>,
+        .text = "time of silence after which a browser is pinged, or half of `pingTimeout` if that is less: "
+                "shorter than the time-out of every proxy in between",
+        .unit = "seconds",
+        .min = 1,
+        .max = max_seconds},
+    ConfigKey{
         .name = "trustedProxies",
         .value = member<&Config::network, &NetworkConfig::trusted_proxies>,
         .text = "addresses and networks of proxies whose `X-Forwarded-For` is trusted, see "

@@ -30,6 +30,7 @@ import { SILENT_MS } from './watch.js';
 
 const SESSION_ANSWER_MS = 30000;
 const LAST_WORD_MS = 1000;
+const MUTE_MS = 10000; // a simulator says something as soon as it is connected
 const SHUTDOWN_WARNING_S = 300;
 const LONGEST_TIMER_S = 2 ** 31 / 1000;
 const LOSSES = 60;
@@ -37,8 +38,8 @@ const EXTENSION_S = 900; // at once
 const PATIENCE_MS = 10000; // with a simulator that is silent; doubled each time
 const PLACE_KEPT_S = 60;
 const PLACE_KEPT_AFTER_SILENCE_S = 35; // by then it has been lost for a while
-const SERVER_STOPS = 1001;
 const PROBE_MS = 5000;
+const SERVER_STOPS = 1001;
 const BROKEN = 1006;
 const TAKEN_OVER = 4001;
 const RELAYED = ['message', 'scene', 'model', 'update', 'label', 'node', 'delete', 'mode', 'time', 'progress', 'world', 'output'];
@@ -60,6 +61,7 @@ export class Session extends EventTarget {
   #losses = 0; // of the connection to the simulator, since it was last ready
   #patience = PATIENCE_MS;
   #silence = 0;
+  #mute = 0; // the timer of a simulator that was never heard
   #url = '';
   #picture = null;
   #controls = false; // this page was the simulator's first, and controls the view
@@ -163,6 +165,7 @@ export class Session extends EventTarget {
     this.#over = true;
     this.#abort.abort();
     clearTimeout(this.#silence);
+    clearTimeout(this.#mute);
     clearTimeout(this.#warning);
     clearInterval(this.#countdown);
     this.#timers.forEach(clearTimeout);
@@ -353,6 +356,10 @@ export class Session extends EventTarget {
     } catch {
       return this.#end(refusedSocket(url));
     }
+    clearTimeout(this.#mute);
+    if (!this.#ready)
+      this.#mute = setTimeout(() => this.#tell('problem', { text: say('simulator.mute') }), MUTE_MS);
+    this.#simulator.addEventListener('message', () => clearTimeout(this.#mute));
     for (const type of RELAYED)
       this.#simulator.addEventListener(type, ({ detail }) => this.#tell(type, detail));
     this.#simulator.addEventListener('picture', ({ detail }) => this.#showPicture(detail));
@@ -435,6 +442,7 @@ export class Session extends EventTarget {
   // outlives lost connections, only our connection to the simulator was lost.
   #loseSimulator(url) {
     clearTimeout(this.#silence);
+    clearTimeout(this.#mute);
     this.#lastWord = this.#ready ? say('simulator.closed') : say('simulator.unreachable', { url });
     if (this.#lease === null)
       return this.#end(this.#lastWord);

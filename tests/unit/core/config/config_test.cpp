@@ -693,6 +693,9 @@ BOOST_AUTO_TEST_CASE(browsers_may_be_silent_for_a_minute_or_as_long_as_the_opera
     BOOST_TEST((parse("")->config.network.ping_timeout == std::chrono::seconds(60)));
     BOOST_TEST((parse(R"("pingTimeout":900)")->config.network.ping_timeout == std::chrono::seconds(900)));
     BOOST_TEST((parse(R"("pingTimeout":0)")->config.network.ping_timeout == Duration::zero()));
+    BOOST_TEST((parse("")->config.network.ping_interval == std::chrono::seconds(20)));
+    BOOST_TEST((parse(R"("pingInterval":8)")->config.network.ping_interval == std::chrono::seconds(8)));
+    BOOST_TEST(!parse(R"("pingInterval":0)"));
     BOOST_TEST((parse_session_config(R"({"port":1,"simulationServers":["a/1"],"pingTimeout":2})", "c.json")
                     ->config.network.ping_timeout == std::chrono::seconds(2)));
     BOOST_TEST(
