@@ -62,8 +62,8 @@ test_preset()
     printf '\n--- %s\n' "$preset"
     rm -f "$log.log" "$log.all.log" "$log.again.log"
     cmake --preset "$preset" && cmake --build --preset "$preset" "${targets[@]}" || return
-    # Many tests wait for servers most of their time: two more than there are processors.
-    ctest --preset "$preset" --parallel "$(($(nproc) + 2))" "${selection[@]}" --output-log "$log.log" || passed=
+    # Many tests wait for servers most of their time: three more than there are processors.
+    ctest --preset "$preset" --parallel "$(($(nproc) + 3))" "${selection[@]}" --output-log "$log.log" || passed=
     cp "build/$preset/Testing/Temporary/LastTest.log" "$log.all.log" # with what those printed that did not fail
     [[ -z $passed ]] || return 0
     printf '\n--- %s: what failed, once more and one at a time\n' "$preset"

@@ -27,6 +27,7 @@
 #include "machine_metrics.hpp"
 #include "monitor_feed.hpp"
 #include "route_table.hpp"
+#include "tell.hpp"
 #include "web/assets.hpp"
 
 #include <webots_cloud/version.hpp>
@@ -521,14 +522,7 @@ std::string SessionService::Impl::own_address(std::string_view host) const
 
 Answer SessionService::Impl::client_without_upgrade(IncomingRequest const& request)
 {
-    // Proxies without rules for it leave out `Upgrade` alone, which is for one connection.
-    if (!request.header("Sec-WebSocket-Key").empty())
-        log.warning(
-            LogCause("upgrade", request.client),
-            concat("A WebSocket for ", request.path, " came without \"Upgrade\"",
-                   core::of_client(request.client),
-                   ": a proxy in between lacks the rules that pass WebSockets on, see docs/gateway.md"));
-    return HttpResponse(400, std::string(core::html_type), "Can \"Upgrade\" only to \"WebSocket\".");
+    return upgrade_wanted(log, request);
 }
 
 /// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and

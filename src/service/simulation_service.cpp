@@ -217,14 +217,7 @@ Answer SimulationService::Impl::front_page(IncomingRequest const&)
 
 Answer SimulationService::Impl::client_without_upgrade(IncomingRequest const& request)
 {
-    // Proxies without rules for it leave out `Upgrade` alone, which is for one connection.
-    if (!request.header("Sec-WebSocket-Key").empty())
-        context.log.warning(
-            LogCause("upgrade", request.client),
-            concat("A WebSocket for ", request.path, " came without \"Upgrade\"",
-                   core::of_client(request.client),
-                   ": a proxy in between lacks the rules that pass WebSockets on, see docs/gateway.md"));
-    return HttpResponse(400, std::string(core::html_type), "Can \"Upgrade\" only to \"WebSocket\".");
+    return upgrade_wanted(context.log, request);
 }
 
 bool SimulationService::Impl::has_ticket(IncomingRequest const& request) const

@@ -115,6 +115,25 @@ BOOST_AUTO_TEST_CASE(
     fixture.leave(browser);
 }
 
+// A ticket that was not used is as good as a new one.
+BOOST_AUTO_TEST_CASE(a_proxy_that_leaves_upgrade_out_is_named_in_the_log_and_a_ticket_is_not)
+{
+    Fixture fixture;
+    Headers const handshake{{"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}};
+    std::string const ticket(75, 'a');
+    IncomingRequest request;
+    request.method = "GET";
+    auto const path = "/ticket/" + ticket + "/client";
+    request.path = path;
+    request.headers = handshake;
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 400);
+    BOOST_TEST(fixture.lines("A WebSocket for /ticket/ came without \"Upgrade\"") == 1);
+    BOOST_TEST(fixture.lines(ticket) == 0);
+    request.headers = {}; // somebody who looks
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 400);
+    BOOST_TEST(fixture.lines("A WebSocket for") == 1);
+}
+
 BOOST_AUTO_TEST_CASE(a_browser_that_would_not_reach_its_simulation_is_told_so)
 {
     ChannelInfo info;
