@@ -16,7 +16,7 @@ constexpr std::uint64_t kilobyte = 1024; // as `ulimit` counts
 constexpr std::uint64_t megabyte = 1024 * kilobyte;
 constexpr std::uint64_t fewest_descriptors = 64;          // those of a server and of its first simulations
 constexpr std::uint64_t smallest_file = 32 * megabyte;    // much more than a log has before it is set aside
-constexpr std::uint64_t smallest_memory = 256 * megabyte; // libraries, and the stacks of threads
+constexpr std::uint64_t smallest_memory = 128 * megabyte; // a session server that has just started takes 110
 
 std::uint64_t in_bytes(rlim_t limit)
 {

@@ -76,7 +76,8 @@ std::string errors_first(Kind kind, std::string_view said)
 {
     auto const odd = concat(program_of(kind), ": warning: ");
     auto lines = core::split(core::trim(said), '\n');
-    std::ranges::stable_partition(lines, [&odd](std::string_view line) { return !line.starts_with(odd); });
+    std::stable_partition(lines.begin(), lines.end(),
+                          [&odd](std::string_view line) { return !line.starts_with(odd); });
     std::string text;
     for (auto const line : lines)
         text += concat(line, "\n");

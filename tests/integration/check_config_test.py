@@ -68,8 +68,9 @@ class Configuration(Checking):
 
     def test_folders_that_the_server_can_do_without(self):
         self.assert_told(0, 'key "logDir": nothing can be written to', logDir="a_file", debug=True)
+        self.assert_told(0, f'key "projectsDir": there is no folder {self.folder}/nowhere: websites have no projects to start from', projectsDir="nowhere")
+        self.assert_told(0, f'key "keyDir": the folder {self.folder}/nowhere can\'t be read: No such file or directory. ', keyDir="nowhere")
         for key in ("projectsDir", "keyDir"):
-            self.assert_told(0, f'key "{key}": the folder {self.folder}/nowhere can\'t be read: No such file or directory. ', **{key: "nowhere"})
             self.assertEqual(self.check(**{key: self.folder}), (0, ""))
 
     def test_a_folder_for_temporary_files_that_is_not_there(self):

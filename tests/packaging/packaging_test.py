@@ -193,7 +193,7 @@ class FindPackage(PackagingTest):
             # are found and which ports are free depends on this machine.
             token = 'key "operatorTokenFile": there is no file /log/.operator-token'
             missing = {"session": ['key "teacherPasswordFile": there is no file /log/.teacher-password', token],
-                       "simulation": [token, 'key "projectsDir": the folder /examples/demo_projects', 'key "keyDir": the folder /website/key']}[kind]
+                       "simulation": ['key "projectsDir": there is no folder /examples/demo_projects', token, 'key "keyDir": the folder /website/key']}[kind]
             warnings = [line for line in done.stderr.splitlines() if " can't be resolved: " not in line and ": port" not in line]
             self.assertEqual((done.returncode, done.stdout.splitlines()[0], len(warnings)), (0, f"{expected}: good", len(missing)), done.stderr)
             for found, folder in zip(warnings, missing):
