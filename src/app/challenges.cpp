@@ -1,6 +1,7 @@
 #include "challenges.hpp"
 
 #include "core/access/https_address.hpp"
+#include "core/pages/http_pages.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
 
@@ -17,7 +18,7 @@ HttpResponse answer_challenge(std::filesystem::path const& folder, std::string_v
 {
     auto const text = read_regular_file(folder / ".well-known" / "acme-challenge" / name, max_challenge);
     return text ? HttpResponse(200, "text/plain", *text)
-                : HttpResponse(404, "text/html; charset=UTF-8", "There is no such challenge.");
+                : HttpResponse(404, std::string(core::html_type), "There is no such challenge.");
 }
 
 } // namespace
@@ -26,7 +27,7 @@ Answer Challenges::respond(IncomingRequest const& request)
 {
     auto const challenge = core::challenge_in(request.path);
     if (challenge.empty() || folder_.empty())
-        return behind_.respond(request);
+        return EndpointInFront::respond(request);
     return answer_challenge(folder_, challenge);
 }
 

@@ -2,37 +2,26 @@
 // since some are led to https first.
 #pragma once
 
-#include <webots_cloud/transport/endpoint.hpp>
+#include "endpoint_in_front.hpp"
 
 #include <filesystem>
+#include <utility>
 
 namespace webots_cloud::app {
 
 /// Answers challenges (RFC 8555, section 8.3); everything else is for the endpoint behind.
-///
-/// Lifetime: `behind` must outlive it.
-class Challenges final : public Endpoint
+class Challenges final : public EndpointInFront
 {
 public:
     /// Without a `folder` there are none.
-    Challenges(std::filesystem::path folder, Endpoint& behind) : folder_(std::move(folder)), behind_(behind)
+    Challenges(std::filesystem::path folder, Endpoint& behind)
+        : EndpointInFront(behind), folder_(std::move(folder))
     {}
 
     Answer respond(IncomingRequest const& request) override;
-    std::uint64_t max_body(IncomingRequest const& request) override { return behind_.max_body(request); }
-    boost::asio::awaitable<HttpResponse> respond_to_body(IncomingRequest const& request) override
-    {
-        return behind_.respond_to_body(request);
-    }
-    boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override
-    {
-        return behind_.serve_websocket(std::move(info), channel);
-    }
-    void stopping() override { behind_.stopping(); }
 
 private:
     std::filesystem::path folder_;
-    Endpoint& behind_;
 };
 
 } // namespace webots_cloud::app

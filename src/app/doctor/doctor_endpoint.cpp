@@ -22,7 +22,8 @@ constexpr std::size_t instance_length = 16;
 } // namespace
 
 DoctorEndpoint::DoctorEndpoint(asio::any_io_executor executor, Endpoint& service, Clock& clock)
-    : service_(service), clock_(clock), instance_(make_token().substr(0, instance_length)), asked_(executor)
+    : EndpointInFront(service), clock_(clock), instance_(make_token().substr(0, instance_length)),
+      asked_(executor)
 {
     asked_.expires_at(asio::steady_timer::time_point::max());
 }
@@ -31,7 +32,7 @@ Answer DoctorEndpoint::respond(IncomingRequest const& request)
 {
     if (request.path == "/api/doctor" && request.is_operator)
         return report(request);
-    auto answer = service_.respond(request);
+    auto answer = EndpointInFront::respond(request);
     if (auto* const page = std::get_if<HttpResponse>(&answer); page && request.path.starts_with("/livez"))
         page->headers.emplace_back(instance_header, instance_);
     return answer;

@@ -1,6 +1,7 @@
 // What a running server tells of its health: to its operator at `/api/doctor`, and who it is to everybody.
 #pragma once
 
+#include "app/endpoint_in_front.hpp"
 #include "core/doctor/finding.hpp"
 
 #include <webots_cloud/error.hpp>
@@ -22,8 +23,8 @@ inline constexpr std::string_view instance_header = "Webots-Cloud-Instance";
 
 /// Stands before a service, behind the access control.
 ///
-/// Lifetime: service and clock must outlive it.   Thread-safety: one executor.
-class DoctorEndpoint final : public Endpoint
+/// Lifetime: the clock must outlive it, too.   Thread-safety: one executor.
+class DoctorEndpoint final : public EndpointInFront
 {
 public:
     using Look = std::function<boost::asio::awaitable<core::Findings>()>;
@@ -38,21 +39,10 @@ public:
     boost::asio::awaitable<result<>> run(Look look);
 
     Answer respond(IncomingRequest const& request) override;
-    std::uint64_t max_body(IncomingRequest const& request) override { return service_.max_body(request); }
-    boost::asio::awaitable<HttpResponse> respond_to_body(IncomingRequest const& request) override
-    {
-        return service_.respond_to_body(request);
-    }
-    boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override
-    {
-        return service_.serve_websocket(std::move(info), channel);
-    }
-    void stopping() override { service_.stopping(); }
 
 private:
     Answer report(IncomingRequest const& request);
 
-    Endpoint& service_;
     Clock& clock_;
     std::string const instance_;
     core::Examination examination_;

@@ -8,7 +8,6 @@ import os
 import re
 import shutil
 import statistics
-import subprocess
 import tempfile
 import time
 
@@ -30,14 +29,7 @@ def stage_milliseconds(server, stage):
 
 def own_start_milliseconds():
     """The stand-in by itself: from fork to its ready line."""
-    began = time.monotonic()
-    process = subprocess.Popen([program("speed_simulator"), f"--port={free_port()}"], stdout=subprocess.PIPE)
-    process.stdout.readline()
-    took = (time.monotonic() - began) * 1e3
-    process.kill()
-    process.wait()
-    process.stdout.close()
-    return took
+    return start_bench.milliseconds_until([program("speed_simulator"), f"--port={free_port()}"])
 
 
 @contextlib.contextmanager
@@ -71,13 +63,6 @@ def relayed_start(quick):
     """From `start` to `webots:` through a session server that relays `/client`, and directly; in turns, the same simulation server."""
     starts = 3 if quick else 60  # one start differs from the next by more than the two ways do
 
-    async def start(server):
-        async with Browser(server) as browser:
-            began = time.monotonic()
-            await browser.start()
-            await browser.hear("webots:")
-            return (time.monotonic() - began) * 1e3
-
     def measure():
         with FreeSimulationServer(**LOCAL) as simulation, SessionServer([simulation.address], relay=True) as session:
             wait_until(lambda: session.ask("/readyz")[0] == 200, "the session server found no machine")
@@ -85,7 +70,7 @@ def relayed_start(quick):
             took = {way: [] for way in ways}
             for number in range(starts + 1):
                 for way, server in ways.items():
-                    milliseconds = asyncio.run(start(server))
+                    milliseconds = asyncio.run(start_bench.start_milliseconds(server))
                     simulation.wait_until_clean()
                     if number > 0:  # the first one pays for what a process does once
                         took[way].append(milliseconds)

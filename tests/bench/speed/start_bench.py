@@ -47,19 +47,24 @@ def lacking(keys):
     return [PROGRAMS[value] for value in keys.values() if value in PROGRAMS and not shutil.which(PROGRAMS[value])]
 
 
-def own_start_milliseconds():
-    """The demo simulator by itself."""
-    world = os.path.join(EXAMPLES, "robots/worlds/arena.wbt")
-    command = [program("webots-demo-simulator"), "--batch", "--mode=pause", "--stdout", "--stream", f"--port={free_port()}", world]
+def milliseconds_until(command, word=b""):
+    """From the fork of a program until it prints a line with the word."""
     began = time.monotonic()
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    while b"listening" not in process.stdout.readline():
+    while word not in process.stdout.readline():
         pass
     took = (time.monotonic() - began) * 1e3
     process.kill()
     process.wait()
     process.stdout.close()
     return took
+
+
+def own_start_milliseconds():
+    """The demo simulator by itself."""
+    world = os.path.join(EXAMPLES, "robots/worlds/arena.wbt")
+    return milliseconds_until([program("webots-demo-simulator"), "--batch", "--mode=pause", "--stdout", "--stream", f"--port={free_port()}", world],
+                              b"listening")
 
 
 async def start_milliseconds(server):
