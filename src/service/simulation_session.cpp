@@ -26,6 +26,8 @@ using core::concat;
 namespace {
 
 constexpr auto progress_interval = std::chrono::milliseconds(500);
+// For close frames on their way, before what is still connected to a simulation is cut off.
+constexpr auto goodbye_time = std::chrono::milliseconds(500);
 
 using Life = core::SimulationLife;
 
@@ -292,6 +294,8 @@ asio::awaitable<void> SimulationSession::finish(Channel& channel)
         context_.fetches.abandoned();
     else if (next.abandoned)
         context_.starts.abandoned();
+    if (next.quit)
+        co_await await_goodbyes();
     co_await clean_up(next.exited);
 }
 
@@ -770,6 +774,23 @@ void SimulationSession::close_tunnels()
     context_.received += tunnels_->received();
     context_.sent += tunnels_->sent();
     tunnels_.reset();
+}
+
+/// A page that quits closes its WebSocket to the simulator in the same moment. It takes that for a failure,
+/// and says so, unless the simulator's own close frame comes back: so neither the tunnels nor the simulator
+/// end before, or before `goodbye_time`, as others may be watching.
+asio::awaitable<void> SimulationSession::await_goodbyes()
+{
+    address_token_.clear();
+    if (!tunnels_)
+        co_return;
+    auto const executor = co_await asio::this_coro::executor;
+    auto const emptied = std::make_shared<async::Wakeup>(executor);
+    tunnels_->refuse_new([emptied] { emptied->notify(); });
+    auto& clock = context_.clock;
+    auto parts = async::first_of(emptied->wait(), clock.wait_until(clock.now() + goodbye_time));
+    (void)co_await std::move(parts);
+    close_tunnels();
 }
 
 asio::awaitable<void> SimulationSession::clean_up(bool exited)

@@ -188,6 +188,7 @@ private:
     core::SimulationLife::Next end_connection();
     boost::asio::awaitable<void> await_return(TimePoint until);
     void log_loss(core::SimulationLife::Loss loss);
+    boost::asio::awaitable<void> await_goodbyes();
     boost::asio::awaitable<void> clean_up(bool exited);
     void close_tunnels();
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);

@@ -165,6 +165,18 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
             self.assertGreater(float(re.search(rf'^webots_gateway_bytes_total{{from="{side}"}} (\S+)$', figures, re.MULTILINE)[1]), 10)
         self.assertIn("webots_gateway_connections 0\n", figures)
 
+    async def test_a_page_that_quits_hears_the_goodbye_of_its_simulator(self):
+        """Webots' own page closes both of its WebSockets in one moment, and shows an error for a close code of 1006."""
+        for _ in range(5):
+            async with Browser(self.simulation) as browser:
+                address = await self.open(browser, "mjpeg")
+                viewer = await websockets.connect(address + "/", max_size=None, **trusting(address))
+                await viewer.send("mjpeg: 320x240")
+                await hear(viewer, "scene load completed")
+                await browser.socket.close()  # here, both after the other; the server may know of the first long before the second
+                await viewer.close()
+                self.assertEqual(viewer.close_code, 1000)
+            await asyncio.to_thread(self.simulation.wait_until_clean)
 
     async def test_a_server_that_stops_closes_everything(self):
         async with Browser(self.simulation) as browser:

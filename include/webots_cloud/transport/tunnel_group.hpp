@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <unordered_set>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
@@ -26,8 +27,12 @@ public:
     std::uint64_t received() const noexcept { return received_; } ///< Bytes from browsers.
     std::uint64_t sent() const noexcept { return sent_; }         ///< Bytes to browsers.
     std::size_t open() const noexcept { return tunnels_.size(); } ///< Tunnels, and requests on their way.
-    bool is_closed() const noexcept { return is_closed_; }
+    bool is_closed() const noexcept { return is_closed_; }        ///< To new tunnels.
     bool has_limit() const noexcept { return bytes_per_second_ > 0; }
+
+    /// Refuses new tunnels; those that are open go on. `emptied` is called once, when the last of them has
+    /// left; at once if there is none; not after `close`.
+    void refuse_new(std::function<void()> emptied);
 
     /// Ends all tunnels, and refuses new ones.
     void close();
@@ -54,7 +59,7 @@ public:
 
     /// False when the group is closed.
     bool join(Tunnel& tunnel);
-    void leave(Tunnel& tunnel) noexcept { tunnels_.erase(&tunnel); }
+    void leave(Tunnel& tunnel) noexcept;
 
     /// How many bytes may be relayed now; 0: try again in `pause`.
     std::size_t allowance(TimePoint now) noexcept;
@@ -65,6 +70,7 @@ public:
 
 private:
     std::unordered_set<Tunnel*> tunnels_;
+    std::function<void()> emptied_;
     std::uint64_t received_ = 0;
     std::uint64_t sent_ = 0;
     double bytes_per_second_ = 0;

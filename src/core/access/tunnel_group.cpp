@@ -1,6 +1,7 @@
 #include <webots_cloud/transport/tunnel_group.hpp>
 
 #include <algorithm>
+#include <utility>
 
 namespace webots_cloud {
 namespace {
@@ -27,8 +28,25 @@ bool TunnelGroup::join(Tunnel& tunnel)
     return !is_closed_;
 }
 
+void TunnelGroup::leave(Tunnel& tunnel) noexcept
+{
+    tunnels_.erase(&tunnel);
+    if (tunnels_.empty() && emptied_)
+        std::exchange(emptied_, nullptr)();
+}
+
+void TunnelGroup::refuse_new(std::function<void()> emptied)
+{
+    is_closed_ = true;
+    if (tunnels_.empty())
+        emptied();
+    else
+        emptied_ = std::move(emptied);
+}
+
 void TunnelGroup::close()
 {
+    emptied_ = nullptr;
     is_closed_ = true;
     while (!tunnels_.empty()) { // they leave while they end, and perhaps not they alone
         auto* const tunnel = *tunnels_.begin();

@@ -87,6 +87,11 @@ SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
             next.until = now + grace_;
             return next;
         }
+        if (leaving == Leaving::for_good && !stopping_ && !ended_by_operator_) {
+            auto next = end(Loss::none);
+            next.quit = true;
+            return next;
+        }
         [[fallthrough]];
     case State::fetching:
     case State::launching:

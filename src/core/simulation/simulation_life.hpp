@@ -58,6 +58,8 @@ public:
         TimePoint until;        ///< With `await_return`.
         bool abandoned = false; ///< With `clean_up`: the browser left before the simulation was ready.
         bool exited = false;    ///< With `clean_up`: the simulator has ended already.
+        /// With `clean_up`: the browser has left for good, and so ends its connections to the simulator, too.
+        bool quit = false;
     };
 
     /// `reconnect_grace`: how long to wait for a browser that lost its connection; 0: not at all.

@@ -17,6 +17,13 @@ using Headers = std::vector<std::pair<std::string_view, std::string_view>>;
 
 constexpr std::string_view begin = R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt"}})";
 
+struct OpenTunnel final : TunnelGroup::Tunnel
+{
+    void end() override { is_ended = true; }
+
+    bool is_ended = false;
+};
+
 /// A server whose simulations are reached through itself.
 struct Fixture : SimulationFixture
 {
@@ -212,6 +219,37 @@ BOOST_AUTO_TEST_CASE(when_the_browser_leaves_the_tunnels_end_before_the_simulato
     BOOST_TEST(group->is_closed());
     BOOST_TEST(fixture.is_unknown("/simulation/secreta/2001/"));
     fixture.world.advance(2s);
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_that_quits_hears_the_goodbye_of_its_simulator_before_that_is_ended)
+{
+    Fixture fixture;
+    auto& browser = fixture.start();
+    auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
+    OpenTunnel tunnel;
+    BOOST_TEST(group->join(tunnel));
+    fixture.leave(browser);
+    BOOST_TEST(fixture.is_unknown("/simulation/secreta/2001/"));
+    BOOST_TEST(fixture.processes.alive() == 1);
+    BOOST_TEST(!tunnel.is_ended);
+    group->leave(tunnel); // both have said goodbye
+    fixture.world.settle();
+    BOOST_TEST(fixture.processes.alive() == 0);
+    BOOST_TEST(!tunnel.is_ended);
+}
+
+BOOST_AUTO_TEST_CASE(others_who_watch_a_simulation_do_not_keep_it_from_ending)
+{
+    Fixture fixture;
+    auto& browser = fixture.start();
+    OpenTunnel tunnel;
+    BOOST_TEST(fixture.forwarded("/simulation/secreta/2001/").group->join(tunnel));
+    fixture.leave(browser);
+    fixture.world.advance(499ms);
+    BOOST_TEST(!tunnel.is_ended);
+    fixture.world.advance(1ms);
+    BOOST_TEST(tunnel.is_ended);
+    BOOST_TEST(fixture.processes.alive() == 0);
 }
 
 // Section 13.10.

@@ -52,6 +52,43 @@ BOOST_AUTO_TEST_CASE(closing_ends_each_tunnel_once_and_refuses_new_ones)
     BOOST_TEST(group.open() == 0u);
 }
 
+BOOST_AUTO_TEST_CASE(when_new_ones_are_refused_those_that_are_open_end_by_themselves)
+{
+    TunnelGroup group;
+    RecordedTunnel first(group);
+    RecordedTunnel second(group);
+    RecordedTunnel late(group);
+    BOOST_TEST(group.join(first));
+    BOOST_TEST(group.join(second));
+    int emptied = 0;
+    group.refuse_new([&] { ++emptied; });
+    BOOST_TEST(!group.join(late));
+    BOOST_TEST(group.is_closed());
+    group.leave(first);
+    BOOST_TEST(emptied == 0);
+    group.leave(second);
+    BOOST_TEST(emptied == 1);
+    BOOST_TEST(first.ends == 0);
+    group.close();
+    BOOST_TEST(emptied == 1);
+}
+
+BOOST_AUTO_TEST_CASE(a_group_that_is_empty_or_closed_has_nobody_to_wait_for)
+{
+    TunnelGroup empty;
+    int emptied = 0;
+    empty.refuse_new([&] { ++emptied; });
+    BOOST_TEST(emptied == 1);
+
+    TunnelGroup watched;
+    RecordedTunnel tunnel(watched);
+    BOOST_TEST(watched.join(tunnel));
+    watched.refuse_new([&] { ++emptied; });
+    watched.close();
+    BOOST_TEST(tunnel.ends == 1);
+    BOOST_TEST(emptied == 1);
+}
+
 BOOST_AUTO_TEST_CASE(a_tunnel_that_ends_may_take_another_one_with_it)
 {
     TunnelGroup group;

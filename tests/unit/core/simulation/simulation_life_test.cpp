@@ -346,4 +346,23 @@ BOOST_AUTO_TEST_CASE(a_start_fails_once_and_the_stage_it_came_to_stays)
     BOOST_TEST((life.state() == State::ending && life.stage() == Stage::launching));
 }
 
+// Then its page closes its other connections, too, and hears how they end.
+BOOST_AUTO_TEST_CASE(only_a_browser_that_leaves_a_running_simulation_for_good_quits)
+{
+    auto const quits = [](std::initializer_list<std::string_view> events) {
+        SimulationLife life(30s, at(0s));
+        for (auto const event : events)
+            tell(life, event);
+        return life.connection_ended(at(10s)).quit;
+    };
+    BOOST_TEST(quits({"fetched", "launched", "ready", "left"}));
+    BOOST_TEST(!quits({"fetched", "launched", "left"}));
+    BOOST_TEST(!quits({"fetched", "launched", "ready", "lost"}));
+    BOOST_TEST(!quits({"fetched", "launched", "ready", "exited"}));
+    BOOST_TEST(!quits({"fetched", "launched", "ready", "ended"}));
+    BOOST_TEST(!quits({"fetched", "launched", "ready", "stop"}));
+    BOOST_TEST(!quits({"fetched", "launched", "ready", "taken"}));
+    BOOST_TEST(!quits({"fetched", "launched", "ready", "lost", "parted"}));
+}
+
 BOOST_AUTO_TEST_SUITE_END()
