@@ -351,6 +351,7 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
     if (!request.query.empty())
         forward.target.append("?").append(request.query);
     forward.group = tunnels_;
+    forward.in_messages = request.upgrade && path.rest == core::pictures_path && !is_editor;
     forward.added_answer_headers.emplace_back("Content-Security-Policy",
                                               is_editor ? core::editor_policy : core::sandbox_policy);
     if (is_editor)

@@ -80,10 +80,15 @@ class OnePort(unittest.TestCase):
         self.session = self.enterContext(SessionServer([machine], port=self.port, ssl=True, sslCertificate=certificate.certificate,
                                                        sslKey=certificate.key, viewerUrl=WORLD, **settings))
 
-    def test_the_viewer_shows_moving_pictures(self):
+    def open_viewer(self):
+        """Once a machine can be had: one that is found by its name is polled first."""
         self.browser.get(f"https://{self.site}/viewer/")
         body = self.browser.find_element("tag name", "body")
         wait_until(lambda: body.get_attribute("data-availability") == "available", lambda: self.session.log())
+        return body
+
+    def test_the_viewer_shows_moving_pictures(self):
+        body = self.open_viewer()
         self.browser.find_element("id", "start").click()
         wait_until(lambda: body.get_attribute("data-state") in ("running", "failed"), lambda: self.simulation.log())
         self.assertEqual(body.get_attribute("data-state"), "running", self.browser.find_element("id", "status").text)
@@ -98,7 +103,7 @@ class OnePort(unittest.TestCase):
         self.simulation.wait_until_clean()
 
     def test_a_page_gets_a_scene(self):
-        self.browser.get(f"https://{self.site}/viewer/")
+        self.open_viewer()
         said = self.browser.execute_async_script(SCENE, WORLD)
         self.assertEqual(len(said), 3, said)
         self.assertRegex(said[0], rf"^wss://{self.site}{self.path}$")

@@ -144,6 +144,11 @@ struct Forward
     /// Of the answer, in addition to what the other server sends; not where it accepts a WebSocket handshake.
     HttpHeaders added_answer_headers;
     std::shared_ptr<TunnelGroup> group; ///< Null: of none.
+    /// The request is a WebSocket handshake, and the other server knows nothing of that: it is asked with a
+    /// plain GET, and the body of its answer is sent to the browser in binary messages, cut anywhere.
+    /// Whatever the browser says ends it. Other answers than 200, and bodies in chunks, are not passed on:
+    /// 502.
+    bool in_messages = false;
 };
 
 /// What to do with a request.

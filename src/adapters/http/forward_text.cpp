@@ -16,6 +16,7 @@ namespace http = boost::beast::http;
 namespace {
 
 constexpr int first_final_status = 200;
+constexpr std::string_view handshake = "Sec-WebSocket-";
 
 void append_field(std::string& out, std::string_view name, std::string_view value)
 {
@@ -46,10 +47,15 @@ std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest c
         return std::any_of(forward.headers.begin(), forward.headers.end(),
                            [name](auto const& header) { return equal_ignoring_case(header.first, name); });
     };
+    // A handshake that ends here is not the other server's.
+    auto const is_passed = [&forward](std::string_view name) {
+        return core::is_request_header_passed(name, forward.kind) &&
+               !(forward.in_messages && equal_ignoring_case(name.substr(0, handshake.size()), handshake));
+    };
     bool has_length = false;
     for (auto const& [name, value] : request.headers) {
         has_length = has_length || equal_ignoring_case(name, "Content-Length");
-        if (core::is_request_header_passed(name, forward.kind) && !is_replaced(name))
+        if (is_passed(name) && !is_replaced(name))
             append_field(out, name, value);
     }
     for (auto const& [name, value] : forward.headers)
@@ -59,9 +65,9 @@ std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest c
         append_field(out, "Content-Length", "0"); // the reader takes no other
     if (core::is_told_clients(forward.kind))
         append_field(out, "X-Forwarded-For", forwarded_for(request));
-    out.append(request.upgrade ? "Upgrade: websocket\r\nConnection: Upgrade\r\n\r\n"
-               : keep_alive    ? "Connection: keep-alive\r\n\r\n"
-                               : "Connection: close\r\n\r\n");
+    out.append(request.upgrade && !forward.in_messages ? "Upgrade: websocket\r\nConnection: Upgrade\r\n\r\n"
+               : keep_alive                            ? "Connection: keep-alive\r\n\r\n"
+                                                       : "Connection: close\r\n\r\n");
     return out;
 }
 

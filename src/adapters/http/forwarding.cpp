@@ -28,7 +28,8 @@ Forwarding::Forwarding(asio::any_io_executor const& executor, Upstreams& upstrea
                        std::unique_ptr<KeptUpstream> kept)
     : open_(open), forward_(std::move(forward)), is_repeatable_(is_repeatable(forward_, reader, request)),
       request_(forwarded_request(reader, request, forward_, is_repeatable_)), is_upgrade_(request.upgrade),
-      response_(forward_.kind, request.method == "HEAD", request.upgrade), socket_(executor, upstreams)
+      response_(forward_.kind, request.method == "HEAD", request.upgrade && !forward_.in_messages),
+      socket_(executor, upstreams)
 {
     if (kept && is_repeatable_ && kept->is_good_for(forward_.upstream))
         kept_ = std::move(kept);

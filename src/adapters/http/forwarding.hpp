@@ -57,6 +57,7 @@ public:
     void end() override;
 
     bool is_upgrade() const noexcept { return is_upgrade_; }
+    bool is_in_messages() const noexcept { return forward_.in_messages; }
     ForwardedResponse const& response() const noexcept { return response_; }
 
     /// Where the request went, for the log.

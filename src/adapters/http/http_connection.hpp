@@ -113,6 +113,7 @@ private:
     boost::asio::awaitable<Next> forward();
     Next fail_to_forward(Failure const& why);
     Next begin_answer();
+    Next begin_messages();
     void count_forwarded(std::size_t received, std::size_t sent);
     void keep_upstream(Upstream upstream, NetworkStream::Released connection);
     TunnelPlan plan_tunnel();

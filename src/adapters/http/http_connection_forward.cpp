@@ -3,6 +3,8 @@
 
 #include "core/text.hpp"
 #include "http_response_text.hpp"
+#include "websocket_frames.hpp"
+#include "websocket_handshake.hpp"
 
 #include <algorithm>
 
@@ -100,6 +102,8 @@ HttpConnection::Next HttpConnection::begin_answer()
 {
     using Body = ForwardedResponse::Body;
     auto const& response = forwarding_->response();
+    if (forwarding_->is_in_messages())
+        return begin_messages();
     bool const is_lasting = response.body() != Body::none && response.body() != Body::counted;
     // Handshakes have been counted already.
     if (is_lasting && !forwarding_->is_upgrade() && !admit_client()) {
@@ -122,6 +126,23 @@ HttpConnection::Next HttpConnection::begin_answer()
     if (rest_of_answer_ == 0)
         count_forwarded(0, out_.size());
     return is_lasting ? Next::tunnel : stays_open ? Next::request : Next::close;
+}
+
+/// Accepts the browser's handshake, with the beginning of the other server's answer.
+HttpConnection::Next HttpConnection::begin_messages()
+{
+    using Body = ForwardedResponse::Body;
+    auto const& response = forwarding_->response();
+    if (response.status() != 200 || response.body() == Body::none || response.body() == Body::chunked)
+        return fail_to_forward(Failure(errc::protocol_error,
+                                       concat("its answer, with status ", std::to_string(response.status()),
+                                              ", can't be sent on in a WebSocket")));
+    append_handshake_answer(out_, reader_.request().header("Sec-WebSocket-Key"));
+    if (auto const begun = forwarding_->begun_body(); !begun.empty())
+        out_.append(binary_frame_header(begun.size())).append(begun);
+    rest_of_answer_ = TunnelPlan::until_the_end;
+    chunks_.reset();
+    return Next::tunnel;
 }
 
 void HttpConnection::count_forwarded(std::size_t received, std::size_t sent)
@@ -155,9 +176,11 @@ TunnelPlan HttpConnection::plan_tunnel()
 
 TunnelPlan HttpConnection::take_tunnel()
 {
+    bool const is_in_messages = forwarding_->is_in_messages();
     bool const is_websocket = forwarding_->response().body() == ForwardedResponse::Body::websocket;
     auto plan = plan_tunnel();
     plan.is_two_way = is_websocket;
+    plan.in_messages = is_in_messages;
     plan.chunks = chunks_;
     if (is_websocket)
         plan.to_upstream = reader_.rest();

@@ -3,6 +3,8 @@
 // (docs/gateway_costs.md).
 #include "tunnel.hpp"
 
+#include "websocket_frames.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <string_view>
@@ -25,7 +27,8 @@ constexpr std::size_t small_chunk = 16 * 1024;
 Tunnels::Tunnel::Tunnel(Tunnels& owner, TunnelPlan plan)
     : owner_(owner), browser_(std::move(plan.browser)), upstream_(std::move(plan.upstream)),
       group_(std::move(plan.group)), ticket_(std::move(plan.ticket)), rest_(plan.length),
-      chunks_(plan.chunks), is_two_way_(plan.is_two_way), keeps_upstream_(plan.keeps_upstream)
+      chunks_(plan.chunks), is_two_way_(plan.is_two_way), in_messages_(plan.in_messages),
+      keeps_upstream_(plan.keeps_upstream)
 {
     browser_.pending = std::move(plan.to_browser);
     upstream_.pending = std::move(plan.to_upstream);
@@ -122,6 +125,8 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         return Step::pause;
     auto const left = owner_.left_of_turn_ - std::min(owner_.left_of_turn_, moved);
     size = std::min(size, std::max(left, small_chunk));
+    if (in_messages_ && &from == &upstream_)
+        return relay_message(std::min(size, modest_chunk), moved);
     bool const is_counted_side = is_counted() && &from == &upstream_;
     if (is_counted_side)
         size = static_cast<std::size_t>(std::min<std::uint64_t>(size, rest_));
@@ -172,6 +177,48 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     return is_taken && (from.is_over || from.end.may_read()) ? Step::again : Step::wait;
 }
 
+/// What comes next, up to that size, as one message.
+Tunnels::Tunnel::Step Tunnels::Tunnel::relay_message(std::size_t size, std::size_t& moved)
+{
+    auto* const bytes = owner_.scratch_.get() + max_frame_header;
+    std::size_t got = 0;
+    auto const reading = upstream_.end.read(bytes, size, false, got);
+    if (reading == TunnelEnd::Reading::nothing)
+        return Step::wait;
+    if (reading == TunnelEnd::Reading::over) {
+        end_messages();
+        return Step::again;
+    }
+    auto const header = binary_frame_header(got);
+    auto* const frame = std::copy_backward(header.begin(), header.end(), bytes);
+    std::string_view const message(frame, header.size() + got);
+    if (!browser_.end.is_broken()) {
+        auto const sent = browser_.end.write(message);
+        count(browser_, sent);
+        moved += sent;
+        browser_.pending.assign(message.substr(sent));
+    }
+    upstream_.is_bulk = got >= small_chunk;
+    return browser_.pending.empty() && browser_.end.may_write() && upstream_.end.may_read() ? Step::again
+                                                                                            : Step::wait;
+}
+
+void Tunnels::Tunnel::end_messages()
+{
+    constexpr std::uint16_t normal_closure = 1000;
+    upstream_.is_over = true;
+    append_close_frame(browser_.pending, normal_closure, {});
+}
+
+/// A page that gets messages says nothing before it wants no more of them.
+void Tunnels::Tunnel::hear_browser()
+{
+    std::size_t got = 0;
+    if (!upstream_.is_over && browser_.end.may_read() &&
+        browser_.end.read(owner_.scratch_.get(), chunk_size, false, got) == TunnelEnd::Reading::some)
+        end_messages();
+}
+
 /// What a browser still says when it has got all: unread, it would reset the connection.
 void Tunnels::Tunnel::drain_browser() noexcept
 {
@@ -185,6 +232,8 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::step(std::size_t& moved)
 {
     if (is_cut_)
         return Step::over;
+    if (in_messages_)
+        hear_browser();
     auto next = relay(upstream_, browser_, moved);
     if (browser_.end.is_broken())
         return Step::over;

@@ -80,6 +80,9 @@ private:
     void take_chunks(core::ChunkedBody const& chunks);
     std::size_t flush(Side& to);
     Step relay(Side& from, Side& to, std::size_t& moved);
+    Step relay_message(std::size_t size, std::size_t& moved);
+    void end_messages();
+    void hear_browser();
     void count(Side const& to, std::size_t bytes) noexcept;
     void drain_browser() noexcept;
 
@@ -91,6 +94,7 @@ private:
     std::uint64_t rest_;
     std::optional<core::ChunkedBody> chunks_;
     bool is_two_way_;
+    bool in_messages_;
     bool keeps_upstream_;
     bool is_cut_ = false;
 };

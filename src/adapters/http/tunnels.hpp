@@ -35,6 +35,9 @@ struct TunnelPlan
     /// What the browser says is passed on, too. If not, it is not even read: it is the browser's next
     /// request.
     bool is_two_way = false;
+    /// The other server's body goes to the browser in messages of a WebSocket, and whatever the browser says
+    /// ends the tunnel.
+    bool in_messages = false;
     /// After `length` bytes the other server's connection is given back, too.
     bool keeps_upstream = false;
     /// After this many bytes of the other server the browser's connection is free again.

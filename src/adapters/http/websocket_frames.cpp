@@ -32,10 +32,9 @@ bool is_close_code(unsigned code) noexcept
            (code >= 3000 && code <= 4999);
 }
 
-void append_frame(std::string& out, std::uint8_t opcode, std::string_view payload)
+void append_header(std::string& out, std::uint8_t opcode, std::size_t size)
 {
     out.push_back(static_cast<char>(final_bit | opcode));
-    auto const size = payload.size();
     if (size <= max_control_size) {
         out.push_back(static_cast<char>(size));
     } else {
@@ -44,6 +43,11 @@ void append_frame(std::string& out, std::uint8_t opcode, std::string_view payloa
         for (int shift = is_short ? 8 : 56; shift >= 0; shift -= 8)
             out.push_back(static_cast<char>(size >> shift & 0xff));
     }
+}
+
+void append_frame(std::string& out, std::uint8_t opcode, std::string_view payload)
+{
+    append_header(out, opcode, payload.size());
     out.append(payload);
 }
 
@@ -172,6 +176,13 @@ WebSocketEvent WebSocketFrameReader::finish_close()
         return fail(CloseCode::bad_payload);
     event.code = static_cast<CloseCode>(code);
     return event;
+}
+
+std::string binary_frame_header(std::size_t size)
+{
+    std::string header;
+    append_header(header, binary, size);
+    return header;
 }
 
 void append_text_frame(std::string& out, std::string_view message)

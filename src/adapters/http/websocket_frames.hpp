@@ -75,6 +75,10 @@ private:
     bool in_payload_ = false;
 };
 
+/// What comes before the bytes of a binary message of that size, in a frame of a server: 10 bytes at most.
+std::string binary_frame_header(std::size_t size);
+inline constexpr std::size_t max_frame_header = 10;
+
 /// Appends a frame of a server: whole, not masked.
 void append_text_frame(std::string& out, std::string_view text);
 void append_ping_frame(std::string& out);

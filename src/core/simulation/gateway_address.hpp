@@ -25,6 +25,11 @@ inline constexpr std::string_view editor_policy = "frame-ancestors 'none'";
 /// out.
 inline constexpr std::string_view untrusted_header = "Webots-Cloud-Untrusted";
 
+/// Where simulators stream pictures: multipart/x-mixed-replace. A WebSocket there gets the same stream in
+/// messages, since a browser opens six connections by HTTP to an origin, which is that of all simulations of
+/// a site.
+inline constexpr std::string_view pictures_path = "/mjpeg";
+
 /// A path below `/simulation/`: views into the path.
 struct GatewayPath
 {

@@ -42,6 +42,95 @@ BOOST_AUTO_TEST_CASE(a_websocket_becomes_a_tunnel_and_what_came_early_is_not_los
     BOOST_TEST(browser.read_all() == "");
 }
 
+// Protocol section 13.12: the pictures of a simulator that sends them by HTTP alone.
+BOOST_AUTO_TEST_CASE(a_stream_is_sent_on_in_messages_until_the_browser_says_something)
+{
+    RunningServer server;
+    OtherServer other;
+    server.endpoint.forward = other.forward("/mjpeg");
+    server.endpoint.forward->in_messages = true;
+    Client browser(server);
+    browser.ask_upgrade("/forward", "Origin: https://o\r\n");
+    auto upstream = other.accept();
+    BOOST_TEST(upstream.read_request() ==
+               "GET /mjpeg HTTP/1.1\r\nHost: h\r\nOrigin: https://o\r\nX-Forwarded-For: 127.0.0.1\r\n"
+               "Connection: close\r\n\r\n");
+    upstream.say("HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=b\r\nSet-Cookie: "
+                 "a=b\r\n\r\nfirst");
+    BOOST_TEST(browser.read_to("\r\n\r\n") ==
+               "HTTP/1.1 101 Switching Protocols\r\nServer: webots_cloud\r\nUpgrade: websocket\r\n"
+               "Connection: Upgrade\r\nSec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n");
+    BOOST_TEST(browser.read(7) == "\x82\x05"
+                                  "first");
+    auto const more = much(300);
+    upstream.say(more);
+    BOOST_TEST((browser.read(4 + more.size()) == std::string("\x82\x7e\x01\x2c") + more));
+    browser.say(std::string("\x88\x80\0\0\0\0", 6)); // a close frame
+    BOOST_TEST(browser.read_all() == std::string("\x88\x02\x03\xe8"));
+    browser.shut_down();
+    BOOST_TEST(upstream.read_all() == "");
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::tunnels, 0));
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_that_takes_messages_slowly_gets_all_of_them_whole)
+{
+    RunningServer server;
+    OtherServer other;
+    server.endpoint.forward = other.forward("/mjpeg");
+    server.endpoint.forward->in_messages = true;
+    Client browser(server);
+    browser.ask_upgrade("/forward", "");
+    auto upstream = other.accept();
+    upstream.read_request();
+    auto const body = much(20'000'000);
+    std::thread writer([&] {
+        upstream.say("HTTP/1.1 200 OK\r\n\r\n");
+        upstream.say(body);
+        upstream.close();
+    });
+    browser.read_to("\r\n\r\n");
+    auto const frames = browser.read_all(); // begins when the writer is far ahead
+    writer.join();
+    std::string got;
+    std::size_t at = 0;
+    auto const byte = [&](std::size_t i) {
+        return static_cast<std::size_t>(static_cast<unsigned char>(frames.at(i)));
+    };
+    while (byte(at) == 0x82) {
+        auto size = byte(at + 1);
+        at += 2;
+        if (size >= 126) {
+            auto const digits = size == 126 ? 2U : 8U;
+            size = 0;
+            for (auto i = 0U; i < digits; ++i)
+                size = size << 8 | byte(at++);
+        }
+        got += frames.substr(at, size);
+        at += size;
+    }
+    BOOST_TEST((got == body));
+    BOOST_TEST(frames.substr(at) == std::string("\x88\x02\x03\xe8"));
+}
+
+BOOST_AUTO_TEST_CASE(what_is_no_stream_is_not_sent_on_in_messages)
+{
+    RunningServer server;
+    OtherServer other;
+    server.endpoint.forward = other.forward("/mjpeg");
+    server.endpoint.forward->in_messages = true;
+    for (auto const* answer :
+         {"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", "HTTP/1.1 204 No Content\r\n\r\n",
+          "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\n\r\n",
+          "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n1\r\na\r\n"}) {
+        Client browser(server);
+        browser.ask_upgrade("/forward", "");
+        auto upstream = other.accept();
+        upstream.read_request();
+        upstream.say(answer);
+        BOOST_TEST(browser.read_to("\r\n").starts_with("HTTP/1.1 502 "));
+    }
+}
+
 BOOST_AUTO_TEST_CASE(who_has_said_all_may_go_on_listening)
 {
     RunningServer server;
