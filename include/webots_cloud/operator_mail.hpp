@@ -63,7 +63,8 @@ public:
     /// server was only too slow. Never waits.
     bool note(LoadEvent const& event);
 
-    /// Delivers until cancelled; then writes what is not delivered to the log.
+    /// Delivers until cancelled; then tries for five seconds to deliver what waits, a digest that is being
+    /// collected, too, unless the mail server is down, and writes the rest to the log.
     ///
     /// Cancellation: terminal.
     /// Errors: `operation_aborted`.

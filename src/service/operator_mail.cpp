@@ -22,6 +22,13 @@ namespace asio = boost::asio;
 
 using core::concat;
 
+namespace {
+
+// For mails that wait when the server ends: whoever ends it waits as well.
+constexpr auto last_delivery = std::chrono::seconds(5);
+
+} // namespace
+
 struct OperatorMail::Impl
 {
     Impl(OperatorMailParams parameters, Notifier& delivering, Clock& time, Logger logger)
@@ -37,6 +44,9 @@ struct OperatorMail::Impl
     void give_up_everything(std::string_view why);
     std::string new_id();
     asio::awaitable<void> wait();
+    asio::awaitable<void> deliver();
+    asio::awaitable<result<>> deliver_all();
+    asio::awaitable<void> end();
 
     OperatorMailParams params;
     Notifier& notifier;
@@ -101,17 +111,13 @@ asio::awaitable<result<>> OperatorMail::run()
         if (auto const due = impl_->digest.due(); due && *due <= now)
             impl_->post_digest();
         if (auto const due = impl_->queue.due(); due && *due <= now) {
-            auto const attempt = impl_->queue.attempt();
-            auto const outcome = co_await impl_->notifier.deliver(attempt.notice);
-            bool const ended = co_await async::is_cancelled();
-            if (outcome || !ended) // an attempt that was cancelled is not a failed one
-                impl_->settle(attempt, outcome);
+            co_await impl_->deliver();
         } else {
             co_await impl_->wait();
         }
     }
     impl_->changed.reset();
-    impl_->give_up_everything("the session server ends");
+    co_await async::uncancellable(impl_->end());
     co_return Failure(asio::error::operation_aborted);
 }
 
@@ -122,6 +128,37 @@ std::optional<TimePoint> OperatorMail::Impl::next_due() const
     if (delivery && collected)
         return std::min(*delivery, *collected);
     return delivery ? delivery : collected;
+}
+
+/// Tries to deliver the oldest notice.
+asio::awaitable<void> OperatorMail::Impl::deliver()
+{
+    auto const attempt = queue.attempt();
+    auto const outcome = co_await notifier.deliver(attempt.notice);
+    bool const ended = co_await async::is_cancelled();
+    if (outcome || !ended) // an attempt that was cancelled is not a failed one
+        settle(attempt, outcome);
+}
+
+asio::awaitable<result<>> OperatorMail::Impl::deliver_all()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    for (;;) {
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled || queue.empty() || problem)
+            co_return result<>();
+        co_await deliver();
+    }
+}
+
+/// Delivers what waits, a digest that is being collected, too, unless the mail server is down or slow.
+asio::awaitable<void> OperatorMail::Impl::end()
+{
+    if (digest.due())
+        post_digest();
+    auto either = async::first_of(deliver_all(), clock.wait_until(clock.now() + last_delivery));
+    (void)co_await std::move(either);
+    give_up_everything("the session server ends");
 }
 
 /// Waits until a notice is due, or something has changed.

@@ -280,6 +280,30 @@ BOOST_AUTO_TEST_CASE(cancelled_in_the_middle_of_a_mail_it_ends_and_logs_what_was
     BOOST_TEST(fixture.errors() == 0u);
 }
 
+BOOST_AUTO_TEST_CASE(a_digest_that_is_being_collected_is_mailed_when_the_server_ends)
+{
+    Fixture fixture;
+    fixture.notifier.delay = 1s;
+    fixture.start();
+    fixture.flap(1min);
+    BOOST_TEST(fixture.notifier.delivered.size() == 2u);
+    fixture.stop();
+    BOOST_TEST(fixture.notifier.delivered.size() == 3u);
+    BOOST_TEST(fixture.log.lines.empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_mail_server_that_is_down_is_not_tried_again_when_the_server_ends)
+{
+    Fixture fixture;
+    fixture.notifier.failure = Failure(errc::unreachable);
+    fixture.start();
+    fixture.note(LoadTransition::reached_maximum);
+    BOOST_TEST(fixture.notifier.attempts.size() == 1u);
+    fixture.stop();
+    BOOST_TEST(fixture.notifier.attempts.size() == 1u);
+    BOOST_TEST(fixture.log.contains("not sent (the session server ends): "));
+}
+
 BOOST_AUTO_TEST_CASE(mails_are_counted_by_what_became_of_them)
 {
     Fixture fixture;
