@@ -95,7 +95,8 @@ constexpr std::array<RefusalRow, static_cast<std::size_t>(R::count)> table{{
      "This simulation server has no key for {host}: its operator must file one before users of that website can start "
      "simulations."},
     {R::unreadable_website_key, "server-fault", errc::refused, here,
-     "Unknown host: {host}. This server can't read the key that it has for it."},
+     "Unknown host: {host}. This server can't read the key that it has for it. "
+     "If its folder of keys was replaced while it ran, its operator can restart it."},
     {R::website_refuses, "website", errc::refused, here,
      "Failed to download project: {words}"},
     {R::website_without_reason, "website", errc::refused, here,

@@ -7,6 +7,7 @@ import io
 import json
 import os
 import re
+import shutil
 import ssl
 import stat
 import struct
@@ -294,6 +295,19 @@ class Refusals(WebsiteTest):
             self.assertIn("No key for: 127.0.0.1", self.simulation.log())
         stranger.close()
         self.assertEqual(asked, [])
+
+    async def test_a_folder_of_keys_that_was_replaced_is_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            keys = os.path.join(folder, "keys")
+            shutil.copytree(self.keys, keys)
+            with self.server(keyDir=keys) as simulation:
+                if "Landlock" not in simulation.log():
+                    self.skipTest("this kernel has no Landlock: the server would read the new folder")
+                os.rename(keys, keys + ".old")
+                shutil.copytree(self.keys, keys)
+                async with Page(simulation) as browser:
+                    await browser.init(self.website.origin, USER)
+                    self.assertRegex(await browser.last_words(), "can't read the key .* restart it")
 
     async def test_a_certificate_that_nobody_vouches_for_is_refused_and_the_key_stays_here(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -41,12 +41,13 @@ result<std::string> read_key(fs::path const& keys, std::string const& host)
 {
     std::error_code failed;
     auto const path = keys / host;
+    auto const unreadable = core::refused(core::Refused::unreadable_website_key, {{"host", host}});
     if (!fs::is_regular_file(path, failed)) // a pipe would block us
-        return std::string();
+        return failed == std::errc::permission_denied ? result<std::string>(unreadable) : std::string();
     std::ifstream file(path, std::ios::binary);
     std::string text(max_key_length, '\0');
     if (!file.read(text.data(), static_cast<std::streamsize>(text.size())) && !file.eof())
-        return core::refused(core::Refused::unreadable_website_key, {{"host", host}});
+        return unreadable;
     text.resize(static_cast<std::size_t>(file.gcount()));
     return core::website_key(text);
 }
