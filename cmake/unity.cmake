@@ -6,6 +6,14 @@ option(WEBOTS_CLOUD_UNITY_BUILD "Compile the files of each folder of the library
 # Of one compilation: more would take more than 1 GB of memory, and leave nothing to do side by side.
 set(webots_cloud_unity_batch 20)
 
+# webots_cloud_unity_together(FOLDER ...): the files of these folders are compiled as if all were in the first, for folders that are
+# smaller than a compilation should be. Comes before webots_cloud_unity_build.
+function(webots_cloud_unity_together first)
+    foreach(folder IN LISTS ARGN)
+        set(webots_cloud_unity_place_of_${folder} ${first} PARENT_SCOPE)
+    endforeach()
+endfunction()
+
 # webots_cloud_unity_build(TARGET [ALONE]): ALONE is a regular expression of the files that are compiled alone even so. Files that have a
 # UNITY_GROUP already keep it.
 function(webots_cloud_unity_build target)
@@ -26,6 +34,9 @@ function(webots_cloud_unity_build target)
             continue()
         endif()
         cmake_path(GET source PARENT_PATH folder)
+        if(DEFINED webots_cloud_unity_place_of_${folder})
+            set(folder ${webots_cloud_unity_place_of_${folder}})
+        endif()
         string(MAKE_C_IDENTIFIER "files_of_${folder}" count)
         if(NOT DEFINED ${count})
             set(${count} 0)

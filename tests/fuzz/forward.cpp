@@ -2,8 +2,8 @@
 // as two, and that means what the other side has meant.
 #include "fuzz.hpp"
 
-#include "adapters/http/forward_text.hpp"
-#include "adapters/http/websocket_handshake.hpp"
+#include "adapters/messages/forward_text.hpp"
+#include "adapters/messages/websocket_handshake.hpp"
 
 #include <algorithm>
 #include <string>

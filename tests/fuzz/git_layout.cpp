@@ -2,7 +2,7 @@
 // Whatever they hold, every path stays inside and every limit holds.
 #include "fuzz.hpp"
 
-#include "adapters/git/git_index.hpp"
+#include "adapters/git_packs/git_index.hpp"
 #include "core/git/git_layout.hpp"
 #include "core/safe_names.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"
-#include "adapters/git/git_pack_reader.hpp"
+#include "adapters/git_packs/git_pack_reader.hpp"
 
 #include <zlib.h>
 

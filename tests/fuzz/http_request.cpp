@@ -2,8 +2,8 @@
 // answer, and no client names another client.
 #include "fuzz.hpp"
 
-#include "adapters/http/http_request_reader.hpp"
-#include "adapters/http/websocket_handshake.hpp"
+#include "adapters/messages/http_request_reader.hpp"
+#include "adapters/messages/websocket_handshake.hpp"
 #include "core/access/client_address.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // UTF-8 or a fault.
 #include "fuzz.hpp"
 
-#include "adapters/http/websocket_frames.hpp"
+#include "adapters/messages/websocket_frames.hpp"
 
 #include <string>
 #include <vector>

@@ -8,8 +8,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # Whatever starts threads has a row in "Threads". Add the file here together with the row.
 STARTS_THREADS = {
-    'adapters/files/mount_thread', 'adapters/git/git2_transport', 'adapters/git/git_checkout', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_copy',
-    'adapters/git/git_lfs', 'adapters/git/git_source', 'adapters/host/nvml', 'adapters/logs/kept_file', 'adapters/logs/line_file',
+    'adapters/files/mount_thread', 'adapters/git/git2_transport', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_lfs', 'adapters/git/git_source',
+    'adapters/git_cache/git_checkout', 'adapters/git_packs/git_copy', 'adapters/host/nvml', 'adapters/logs/kept_file', 'adapters/logs/line_file',
     'adapters/logs/simulation_logs', 'adapters/mail/curl_smtp', 'adapters/process/guard_probe', 'adapters/process/process_host',
     'adapters/process/subordinate_users',
     'adapters/projects/directory_source', 'adapters/projects/folder_meter', 'adapters/projects/subordinate_source',
@@ -115,7 +115,7 @@ def check():
         found += differences(f'headers of {target}', said.get(target, set()), is_so.get(target, set()))
     found += differences('files that write /metrics', metrics_said((ROOT / 'docs/recipes.md').read_text()),
                          {p.stem for p, code in sources.items() if 'MetricsText' in code and p.stem != 'metrics_text'})
-    for floor in ('core', 'adapters'):
+    for floor in ('core', 'service', 'adapters'):
         rooms = [{p.name for p in (ROOT / base / floor).iterdir() if p.is_dir()} for base in ('tests/unit', 'src')]
         found += differences(f'rooms of tests/unit/{floor}', *rooms)
     names = {p: str(p.relative_to(ROOT / 'src').with_suffix('')) for p in sources}

@@ -12,7 +12,8 @@ METHODS = {"get": "GET", "read": "GET, HEAD", "post": "POST", "read_and_options"
 # Of `Route::may_ask`.
 FOR = {"everybody": "everybody", "is_operators": "the operator", "may_read_decisions": "the operator, or everybody with `decisionsForAll`",
        "relays": "everybody, with `relay`", "hears_machines": "machines that know the secret, with `announcements`", "has_ticket": "clients with a ticket", "is_person": "browsers that open it as a page", "leads_to_simulation": "clients that know the token of a simulation"}
-SERVICES = {"The session server": ["session_service"], "The simulation server": ["simulation_service", "status_endpoints"]}
+SERVICES = {"The session server": ["sessions/session_service"],
+            "The simulation server": ["simulations/simulation_service", "simulations/status_endpoints"]}
 
 
 def source(path):

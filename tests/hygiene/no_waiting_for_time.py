@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ALLOWED = {
     'tests/support/waiting.py': 'polls with a deadline, for all other tests',
     'tests/support/proxy.py': 'is a network with a latency',
-    'tests/unit/adapters/http/network_fixture.hpp': 'polls with a deadline, for the unit tests of HTTP',
+    'tests/unit/adapters/network/network_fixture.hpp': 'polls with a deadline, for the unit tests of HTTP',
     'tests/viewer/fake_cloud.py': 'is a simulator that makes so many pictures a second',
     'tests/integration/waiting_room_test.py': 'is thirty people who come one after the other and stay for a while, and looks how long seats are free',
     'tests/integration/torture_test.py': 'chooses the moments of faults at random; whatever the moment, nothing may be left',

@@ -1,8 +1,8 @@
 // Servers without version 2 of git's protocol, spoken to by libgit2.
 #pragma once
 
+#include "adapters/git_cache/git_cache.hpp"
 #include "git2_transport.hpp"
-#include "git_cache.hpp"
 #include "git_client.hpp"
 
 #include "core/git/git_object_id.hpp"

@@ -1,8 +1,8 @@
 // The smart protocol of git, version 2, as far as a reader of one commit needs it.
 #pragma once
 
-#include "adapters/http/curl_http.hpp"
-#include "git_pack_reader.hpp"
+#include "adapters/git_packs/git_pack_reader.hpp"
+#include "adapters/http_client/curl_http.hpp"
 
 #include "core/git/git_fetch_plan.hpp"
 #include "core/git/git_object_id.hpp"

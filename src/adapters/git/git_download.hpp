@@ -2,14 +2,14 @@
 #pragma once
 
 #include "adapters/files/file_descriptor.hpp"
+#include "adapters/git_cache/git_cache.hpp"
+#include "adapters/git_cache/git_proof.hpp"
+#include "adapters/git_packs/git_index.hpp"
+#include "adapters/git_packs/git_parent_files.hpp"
+#include "adapters/git_packs/git_staging.hpp"
+#include "adapters/git_packs/git_unpack.hpp"
 #include "adapters/projects/fetch_budget.hpp"
 #include "adapters/projects/fetch_interrupt.hpp"
-#include "git_cache.hpp"
-#include "git_index.hpp"
-#include "git_parent_files.hpp"
-#include "git_proof.hpp"
-#include "git_staging.hpp"
-#include "git_unpack.hpp"
 
 #include "core/git/git_fetch_plan.hpp"
 #include "core/git/git_layout.hpp"

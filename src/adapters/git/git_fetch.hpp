@@ -1,9 +1,9 @@
 // Fetches a folder of a repository into the cache: carries out what the plan of it says.
 #pragma once
 
-#include "adapters/http/curl_http.hpp"
+#include "adapters/git_cache/git_cache.hpp"
+#include "adapters/http_client/curl_http.hpp"
 #include "adapters/projects/fetch_budget.hpp"
-#include "git_cache.hpp"
 #include "git_download.hpp"
 #include "git_lfs.hpp"
 #include "git_peer.hpp"

@@ -6,8 +6,8 @@
 #include "adapters/files/folder_walk.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/sha256.hpp"
-#include "adapters/http/proxied_host.hpp"
-#include "git_copy.hpp"
+#include "adapters/git_packs/git_copy.hpp"
+#include "adapters/http_client/proxied_host.hpp"
 
 #include "core/access/public_networks.hpp"
 #include "core/git/git_lfs_address.hpp"

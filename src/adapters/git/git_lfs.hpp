@@ -1,10 +1,10 @@
 // Large files: Git LFS keeps them beside the repository, which has pointers in their place.
 #pragma once
 
-#include "adapters/http/curl_http.hpp"
+#include "adapters/git_packs/git_index.hpp"
+#include "adapters/http_client/curl_http.hpp"
 #include "adapters/projects/fetch_budget.hpp"
 #include "adapters/projects/fetch_interrupt.hpp"
-#include "git_index.hpp"
 #include "git_progress.hpp"
 
 #include <webots_cloud/error.hpp>

@@ -1,12 +1,12 @@
 // The git server of one fetch, spoken to by our own client or, where that must be, by libgit2.
 #pragma once
 
-#include "adapters/http/curl_http.hpp"
+#include "adapters/git_cache/git_cache.hpp"
+#include "adapters/git_packs/git_pack_reader.hpp"
+#include "adapters/http_client/curl_http.hpp"
 #include "adapters/projects/fetch_budget.hpp"
 #include "git2_client.hpp"
-#include "git_cache.hpp"
 #include "git_client.hpp"
-#include "git_pack_reader.hpp"
 
 #include "core/git/git_fetch_plan.hpp"
 

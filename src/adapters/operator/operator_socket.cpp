@@ -2,8 +2,8 @@
 // server's own user or root, but no descendant of the server, since those are simulations. See
 // docs/decisions/008-who-is-the-operator.md.
 #include "adapters/files/file_descriptor.hpp"
-#include "adapters/http/http_response_text.hpp"
-#include "adapters/http/parse_message.hpp"
+#include "adapters/messages/http_response_text.hpp"
+#include "adapters/messages/parse_message.hpp"
 #include "async/cancellation.hpp"
 #include "core/access/accept_failure.hpp"
 #include "core/text.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "adapters/files/file_descriptor.hpp"
-#include "adapters/http/curl_http.hpp"
+#include "adapters/http_client/curl_http.hpp"
 #include "fetch_budget.hpp"
 
 #include "core/projects/website_plan.hpp"

@@ -2,9 +2,9 @@
 // count its instructions.
 //
 //     hot_paths NAME N        (without arguments: the names, one a line)
-#include "adapters/http/http_request_reader.hpp"
-#include "adapters/http/http_response_text.hpp"
-#include "adapters/http/websocket_frames.hpp"
+#include "adapters/messages/http_request_reader.hpp"
+#include "adapters/messages/http_response_text.hpp"
+#include "adapters/messages/websocket_frames.hpp"
 #include "core/access/client_address.hpp"
 #include "core/simulation/client_protocol.hpp"
 

@@ -1,8 +1,8 @@
 // What the parsers and writers of messages cost, each alone; placement has a benchmark of its own
 // (tests/bench/placement_simulation).
-#include "adapters/http/http_request_reader.hpp"
-#include "adapters/http/http_response_text.hpp"
-#include "adapters/http/websocket_frames.hpp"
+#include "adapters/messages/http_request_reader.hpp"
+#include "adapters/messages/http_response_text.hpp"
+#include "adapters/messages/websocket_frames.hpp"
 #include "core/git/git_pkt_line.hpp"
 #include "core/pages/http_pages.hpp"
 

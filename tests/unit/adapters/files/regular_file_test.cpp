@@ -1,7 +1,6 @@
 #include "unit_test.hpp"
 
 #include "adapters/files/regular_file.hpp"
-#include "adapters/http/tls_certificate.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -59,14 +58,6 @@ BOOST_AUTO_TEST_CASE(what_is_no_file_is_refused_and_nobody_waits_for_it)
     BOOST_TEST(adapters::read_regular_file(path, 10).error().message() == "it is a folder");
     BOOST_TEST(adapters::read_regular_file("/dev/zero", 10).error().message() == "it is no regular file");
     BOOST_TEST(adapters::read_regular_file(pipe(), 10).error().message() == "it is no regular file");
-}
-
-BOOST_AUTO_TEST_CASE(a_certificate_that_is_a_pipe_is_refused_in_words)
-{
-    auto const name = pipe();
-    auto const loaded = adapters::load_tls_context(name, name);
-    BOOST_TEST(loaded.error().message() ==
-               "the certificate " + name.string() + " can't be used: it is no regular file");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -2,7 +2,7 @@
 // at once.
 #pragma once
 
-#include "adapters/git/git_digest.hpp"
+#include "adapters/git_packs/git_digest.hpp"
 #include "core/git/git_object_id.hpp"
 #include "core/git/git_pkt_line.hpp"
 

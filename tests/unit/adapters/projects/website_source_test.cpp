@@ -1,6 +1,6 @@
 // Websites whose answers do not end, with limits that are shorter than a server's. Everything else is tested
 // in tests/integration/website_test.py, with a real website.
-#include "adapters/http/network_fixture.hpp"
+#include "adapters/network/network_fixture.hpp"
 
 #include <boost/asio/read_until.hpp>
 

@@ -1,0 +1,40 @@
+#include <webots_cloud/private_display.hpp>
+
+#include "confine.hpp"
+#include "core/simulation/private_display.hpp"
+#include "service/run_program.hpp"
+
+#include <cassert>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr auto check_limit = core::display_limit + std::chrono::seconds(10);
+
+} // namespace
+
+void give_display(ProcessSpec& process, PrivateDisplay const& display)
+{
+    assert(!display.server.empty());
+    process.argv = core::on_private_display(display.guard, display.server, process.argv);
+    process.own_displays = true;
+}
+
+asio::awaitable<result<>> check_private_display(ProcessHost& processes, Clock& clock, PrivateDisplay display,
+                                                SandboxParams sandbox, std::filesystem::path instance)
+{
+    ProcessSpec process;
+    process.directory = instance;
+    give_display(process, display);
+    sandbox.network = {}; // which takes time, and changes nothing here
+    if (!sandbox.is_none())
+        confine(process, sandbox, instance, 0);
+    auto const printed = co_await run_program(processes, clock, std::move(process), check_limit);
+    if (!printed)
+        co_return printed.error();
+    co_return result<>();
+}
+
+} // namespace webots_cloud

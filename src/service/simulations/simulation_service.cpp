@@ -1,0 +1,424 @@
+// The simulation server from above: who is on /client, which sessions there are, and what else is asked. A
+// browser gets a SimulationSession, which does the rest; what the server tells about itself is
+// status_endpoints.cpp's.
+#include <webots_cloud/simulation_service.hpp>
+
+#include "async/deadline.hpp"
+#include "async/first_of.hpp"
+#include "core/access/tickets.hpp"
+#include "core/pages/http_pages.hpp"
+#include "core/pages/monitor_sample.hpp"
+#include "core/projects/outside_projects.hpp"
+#include "core/simulation/client_protocol.hpp"
+#include "core/simulation/gateway_address.hpp"
+#include "core/simulation/public_base.hpp"
+#include "core/simulation/start_refusal.hpp"
+#include "core/text.hpp"
+#include "limit_watch.hpp"
+#include "service/route_table.hpp"
+#include "service/tell.hpp"
+#include "simulation_session.hpp"
+#include "status_endpoints.hpp"
+
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <unordered_map>
+#include <variant>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+
+namespace {
+
+/// The first message of a browser that asks for a simulation; `monostate`: it left, or sent no valid request
+/// in time.
+using FirstRequest = std::variant<std::monostate, core::SimulationRequest, core::ReconnectMessage>;
+
+core::AdmissionLimits limits_of(SimulationServiceParams const& service,
+                                SimulationLauncherParams const& launcher)
+{
+    core::AdmissionLimits limits;
+    limits.max_simulations = launcher.config.max_simulations;
+    limits.max_silent = service.max_silent;
+    limits.silent_per_address = service.silent_per_address;
+    return limits;
+}
+
+} // namespace
+
+struct SimulationService::Impl
+{
+    Impl(SimulationServiceParams parameters, ProjectFetcher& projects, SimulationLauncher& simulators,
+         HostMetrics& metrics, Clock& clock, Logger logger, SimulationServiceHooks service_hooks)
+        : params(std::move(parameters)), hooks(std::move(service_hooks)),
+          context(params, hooks, projects, simulators, clock, std::move(logger),
+                  limits_of(params, simulators.params())),
+          status(params, hooks, context, sessions, metrics)
+    {
+        set_policy();
+    }
+
+    static std::span<Route<Impl> const> routes();
+    Answer front_page(IncomingRequest const& request);
+    Answer client_without_upgrade(IncomingRequest const& request);
+    bool is_person(IncomingRequest const& request) const;
+    bool has_ticket(IncomingRequest const& request) const;
+    bool admit(std::uint64_t id, ChannelInfo const& info, core::SimulationRequest const& request,
+               Channel& channel);
+    std::optional<Failure> refuse_way(ChannelInfo const& info) const;
+    bool leads_to_simulation(IncomingRequest const& request) const;
+    Answer forward(IncomingRequest const& request);
+    SimulationSession const* simulation_at(core::GatewayPath const& path) const;
+    void set_policy();
+    void stop();
+    void add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel);
+    void remove_silent(std::uint64_t id);
+    asio::awaitable<result<>> measure();
+    asio::awaitable<result<>> watch_limits();
+    asio::awaitable<FirstRequest> receive_request(std::uint64_t id, Channel& channel);
+    asio::awaitable<void> simulate(std::uint64_t id, ChannelInfo info, core::SimulationRequest request,
+                                   Channel& channel);
+    asio::awaitable<void> reconnect(std::uint64_t id, ChannelInfo info, std::string token, Channel& channel);
+    void forget_if_over(SimulationSession const& session);
+    std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
+
+    SimulationServiceParams params;
+    SimulationServiceHooks const hooks;
+    SessionContext context;
+    SimulationSessions sessions;
+    StatusEndpoints status;
+    std::uint64_t last_id = 0;
+    std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
+    /// The channels of those that have not asked for a simulation yet.
+    std::unordered_map<std::uint64_t, Channel*> silent_channels;
+};
+
+SimulationService::SimulationService(SimulationServiceParams params, ProjectFetcher& fetcher,
+                                     SimulationLauncher& launcher, HostMetrics& metrics, Clock& clock,
+                                     Logger log, SimulationServiceHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(params), fetcher, launcher, metrics, clock, std::move(log),
+                                   std::move(hooks)))
+{}
+
+SimulationService::~SimulationService() = default;
+
+double SimulationService::load() const noexcept
+{
+    return impl_->status.load();
+}
+
+std::size_t SimulationService::sessions() const noexcept
+{
+    return impl_->sessions.size();
+}
+
+void SimulationService::drain(bool exit_when_empty)
+{
+    impl_->status.drain(exit_when_empty);
+}
+
+void SimulationService::apply(SimulationServiceConfig config)
+{
+    impl_->params.config = std::move(config);
+    impl_->status.refresh_pages();
+    impl_->set_policy();
+}
+
+void SimulationService::Impl::set_policy()
+{
+    auto const& repositories = params.config.repositories;
+    context.policy = {repositories,
+                      core::judge_outside_projects(params.walls, !repositories.allowed.empty())};
+    context.admission.set_simulations_per_address(
+        static_cast<std::size_t>(params.config.limit_of_an_address(context.admission.max_simulations())));
+    context.worlds.set_max(static_cast<std::size_t>(params.config.simulations_per_world));
+    for (auto const& [id, session] : sessions)
+        session->limit_traffic();
+}
+
+asio::awaitable<result<>> SimulationService::run()
+{
+    auto parts = async::first_of(impl_->measure(), impl_->status.look_at_processes());
+    if (impl_->context.launcher.params().limits.any())
+        parts = async::first_of(std::move(parts), impl_->watch_limits());
+    co_return co_await std::move(parts);
+}
+
+asio::awaitable<result<>> SimulationService::Impl::watch_limits()
+{
+    bool const has_disk = context.launcher.params().limits.disk > 0;
+    if (!has_disk || !hooks.folder_meter)
+        co_return co_await watch_processes(context, sessions);
+    auto watches = async::first_of(watch_processes(context, sessions),
+                                   watch_folders(context, sessions, *hooks.folder_meter));
+    co_return co_await std::move(watches);
+}
+
+/// Once a second, until the server is stopped or has finished.
+asio::awaitable<result<>> SimulationService::Impl::measure()
+{
+    auto& clock = context.clock;
+    for (;;) {
+        // On whole seconds, so that the lines of monitor.csv of several machines can be laid side by side.
+        auto const next = clock.now() + core::until_next_second(clock.wall());
+        auto const waited = co_await clock.wait_until(next);
+        if (!waited) {
+            stop();
+            co_return waited;
+        }
+        status.measure(next, clients);
+        for (auto const& [id, session] : sessions)
+            session->send_heartbeat();
+        if (status.has_finished())
+            co_return result<>();
+    }
+}
+
+Answer SimulationService::respond(IncomingRequest const& request)
+{
+    if (StatusEndpoints::serves(request.path))
+        return impl_->status.answer(request);
+    return route_table::respond(Impl::routes(), *impl_, request);
+}
+
+/// All that is not of the StatusEndpoints.
+std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes()
+{
+    static constexpr auto table = std::to_array<Route<Impl>>({
+        // clang-format off
+        {"/",             core::Methods::read, &Impl::is_person,           Upgrade::ignored,  &Impl::front_page},
+        {"/client",       core::Methods::get,  everybody,                  Upgrade::accepted, &Impl::client_without_upgrade},
+        {"/ticket*",      core::Methods::get,  &Impl::has_ticket,          Upgrade::accepted, &Impl::client_without_upgrade},
+        // Without a token nothing is found, whatever the method.
+        {"/simulation/*", core::Methods::read, &Impl::leads_to_simulation, Upgrade::ignored,  &Impl::forward},
+        // clang-format on
+    });
+    return table;
+}
+
+bool SimulationService::Impl::is_person(IncomingRequest const& request) const
+{
+    return request.header("Accept").find("text/html") != std::string_view::npos;
+}
+
+/// People who have typed the address of the machine are led to what it has for them.
+Answer SimulationService::Impl::front_page(IncomingRequest const&)
+{
+    HttpResponse response(302, {}, {});
+    response.headers.emplace_back("Location", "monitor"); // relative, for proxies that rewrite paths
+    response.headers.emplace_back("Vary", "Accept");
+    return response;
+}
+
+Answer SimulationService::Impl::client_without_upgrade(IncomingRequest const& request)
+{
+    return upgrade_wanted(context.log, request);
+}
+
+bool SimulationService::Impl::has_ticket(IncomingRequest const& request) const
+{
+    return !core::ticket_in(request.path).empty();
+}
+
+/// Why a browser could not be told how it reaches its simulation; nothing: it can. Its session server's
+/// gateway is asked for: the log says what is wrong.
+std::optional<Failure> SimulationService::Impl::refuse_way(ChannelInfo const& info) const
+{
+    std::string_view problem;
+    if (!info.is_from_proxy)
+        problem = "add it to \"trustedProxies\"";
+    else if (!core::parse_public_base(info.public_address))
+        problem = "what it says of itself makes no sense";
+    else if (!context.launcher.params().config.gateway)
+        problem = "set \"gateway\" to true";
+    if (info.public_address.empty() || problem.empty())
+        return std::nullopt;
+    context.log.warning(LogCause("gateway"),
+                        concat("A browser that came through the gateway of a session server at ", info.peer,
+                               " would not reach its simulation: ", problem));
+    return core::refused(core::Refused::no_way_through_gateway);
+}
+
+/// Whether the browser may start a simulation; otherwise it is told why not.
+bool SimulationService::Impl::admit(std::uint64_t id, ChannelInfo const& info,
+                                    core::SimulationRequest const& request, Channel& channel)
+{
+    auto why = refuse_way(info);
+    if (!why && hooks.refuse_ticket)
+        why = hooks.refuse_ticket(core::ticket_in(info.path));
+    if (!why)
+        return true;
+    context.log.warning(LogCause("ticket"), concat("[", std::to_string(id), "] Refused: ", why->message()));
+    if (core::is_relayed(request))
+        (void)channel.send(std::string(core::refusal_message(core::StartRefusal::here)));
+    tell(channel, *why, core::wants_reasons(request));
+    return false;
+}
+
+/// Null: there is no simulation with such a token and port.
+SimulationSession const* SimulationService::Impl::simulation_at(core::GatewayPath const& path) const
+{
+    for (auto const& [id, session] : sessions)
+        if (session->is_at(path.token))
+            return session->has_port(path.port) ? session.get() : nullptr;
+    return nullptr;
+}
+
+bool SimulationService::Impl::leads_to_simulation(IncomingRequest const& request) const
+{
+    auto const path = core::parse_gateway_path(request.path);
+    return path && simulation_at(*path);
+}
+
+/// Asked only where the request leads to a simulation.
+Answer SimulationService::Impl::forward(IncomingRequest const& request)
+{
+    auto const path = core::parse_gateway_path(request.path);
+    auto const& simulation = *simulation_at(*path);
+    if (simulation.is_editors(path->port) && !request.header(core::untrusted_header).empty())
+        return HttpResponse(403, std::string(core::html_type),
+                            "The editor would have the origin of the session server's pages, which only "
+                            "those of trusted machines may: its operator can "
+                            "add \"trusted\": true to this machine in \"simulationServers\".");
+    return simulation.forward(*path, request);
+}
+
+asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Channel& channel)
+{
+    if (StatusEndpoints::serves(info.path))
+        co_return co_await impl_->status.watch(channel);
+    ++impl_->clients;
+    auto const id = ++impl_->last_id;
+    auto const name = concat("[", std::to_string(id), "] ");
+    impl_->context.log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
+    impl_->add_silent(id, info.quota_key, channel);
+    auto first = co_await impl_->receive_request(id, channel);
+    impl_->remove_silent(id);
+    auto* const request = std::get_if<core::SimulationRequest>(&first);
+    if (request && impl_->admit(id, info, *request, channel))
+        co_await impl_->simulate(id, std::move(info), std::move(*request), channel);
+    else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&first))
+        co_await impl_->reconnect(id, std::move(info), reconnect->token, channel);
+    --impl_->clients;
+    impl_->context.log.info(LogCause("client"), concat(name, "Client disconnected"));
+}
+
+void SimulationService::stopping()
+{
+    impl_->stop();
+}
+
+void SimulationService::Impl::stop()
+{
+    context.state.stop();
+    for (auto const& [id, session] : sessions)
+        session->on_server_stop();
+}
+
+/// Idle connections keep nobody out: the oldest of them is closed when there are too many.
+void SimulationService::Impl::add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel)
+{
+    auto const evicted = context.admission.add_silent(id, quota_key);
+    silent_channels.emplace(id, &channel);
+    if (!evicted)
+        return;
+    context.log.warning(LogCause("waiting limit"),
+                        concat("More than ", std::to_string(params.max_silent), " connections, or ",
+                               std::to_string(params.silent_per_address),
+                               " of one address, start nothing: the oldest, [", std::to_string(*evicted),
+                               "], is closed"));
+    auto* const oldest = silent_channels.at(*evicted);
+    silent_channels.erase(*evicted);
+    tell(*oldest, core::refused(core::Refused::too_many_silent), false);
+    oldest->close();
+}
+
+void SimulationService::Impl::remove_silent(std::uint64_t id)
+{
+    context.admission.remove_silent(id);
+    silent_channels.erase(id);
+}
+
+asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint64_t id, Channel& channel)
+{
+    auto& clock = context.clock;
+    auto const deadline = clock.now() + params.handshake_timeout;
+    for (;;) {
+        auto const text = co_await async::with_deadline(clock, deadline, channel.receive());
+        if (!text && text.error() == errc::timed_out)
+            tell(channel, core::refused(core::Refused::nothing_asked), false);
+        if (!text)
+            co_return FirstRequest();
+        auto message = core::parse_client_message(*text);
+        if (auto* request = std::get_if<core::SimulationRequest>(&message))
+            co_return std::move(*request);
+        if (auto* reconnect = std::get_if<core::ReconnectMessage>(&message))
+            co_return std::move(*reconnect);
+        if (std::holds_alternative<core::ResetControllerMessage>(message))
+            tell(channel, core::refused(core::Refused::no_start_to_reset), false);
+        if (std::holds_alternative<core::ExtendMessage>(message))
+            tell(channel, core::refused(core::Refused::no_start_to_extend), false);
+        if (auto const* malformed = std::get_if<core::MalformedMessage>(&message)) {
+            context.log.warning(LogCause("message"),
+                                concat("[", std::to_string(id), "] Malformed message: ", malformed->reason));
+            tell_wrong_message(channel, malformed->reason, false);
+            co_return FirstRequest();
+        }
+    }
+}
+
+asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, ChannelInfo info,
+                                                        core::SimulationRequest request, Channel& channel)
+{
+    auto const executor = co_await asio::this_coro::executor;
+    auto const session = std::make_shared<SimulationSession>(context, executor, id, std::move(info.quota_key),
+                                                             std::move(request));
+    session->set_asked(std::move(info.host), std::move(info.public_address));
+    sessions.emplace(id, session);
+    co_await session->run(channel);
+    forget_if_over(*session);
+}
+
+void SimulationService::Impl::forget_if_over(SimulationSession const& session)
+{
+    if (!session.is_over())
+        return;
+    // Refusals cost next to nothing, and must not have pages made anew.
+    if (session.stage() != core::SimulationLife::Stage::fetching)
+        ++context.changes;
+    sessions.erase(session.id());
+}
+
+std::shared_ptr<SimulationSession> SimulationService::Impl::find_session(std::string_view token) const
+{
+    auto const found = std::find_if(sessions.begin(), sessions.end(), [&](auto const& entry) {
+        return !token.empty() && entry.second->token() == token;
+    });
+    return found == sessions.end() ? nullptr : found->second;
+}
+
+asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, ChannelInfo info,
+                                                         std::string token, Channel& channel)
+{
+    auto const session = find_session(token);
+    bool taken = false;
+    if (session)
+        taken = co_await session->take_over();
+    if (!taken) {
+        tell(channel, core::refused(core::Refused::has_ended), true); // who has a token knows what we add
+        co_return;
+    }
+    context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
+                                                std::to_string(session->id())));
+    bool const is_told = info.is_from_proxy && core::parse_public_base(info.public_address);
+    session->set_asked(std::move(info.host), is_told ? std::move(info.public_address) : std::string());
+    co_await session->resume(channel);
+    forget_if_over(*session);
+}
+
+} // namespace webots_cloud
