@@ -1,6 +1,7 @@
 // Checks in the order in which they can refuse: the name of the host, the page that a WebSocket comes from,
 // and for the monitor the client's address and password, with a limit on guesses. What passes goes to the
-// service behind. The rules themselves are in core/access/site_access.
+// service behind.
+// Decisions: core/access/site_access, core/access/password_guesses.
 #include <webots_cloud/access_control.hpp>
 
 #include "core/access/ip_address.hpp"

@@ -1,3 +1,4 @@
+// Decisions: core/simulation/last_words.
 #include "run_program.hpp"
 
 #include "async/deadline.hpp"

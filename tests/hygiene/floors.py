@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Checks who includes whom against the floors and rooms of ARCHITECTURE.md, and that public headers stay light."""
+"""Checks who includes whom against the floors and rooms of ARCHITECTURE.md, that public headers stay light, and that services name their
+decisions."""
 import re
 import sys
 from pathlib import Path
@@ -107,6 +108,9 @@ WHY = {
     'examples/demo_simulator': 'it stands in for a program of others: with code of ours it could hide our mistakes',
     'include/webots_cloud': 'a public header costs every user its includes: the awaitable is the heaviest that is allowed',
 }
+INCLUDE = re.compile(r'^\s*#include\s+([<"])([^>"]+)[>"]', re.M)
+# Above the includes of a service.
+DECISIONS = re.compile(r'^// Decisions: (core/[\w/]+(?:, core/[\w/]+)*)\.$', re.M)
 # Public headers that run the coroutines of tests need more of Asio than others.
 CLOCKS = re.compile(r'steady_clock::now|system_clock::now|steady_timer|sleep_for|sleep_until')
 
@@ -170,6 +174,30 @@ def may_include(floor, name):
     return any(name.startswith(a) for a in FLOORS[floor]) and not any(name.startswith(f) for f in FORBIDDEN.get(floor, []))
 
 
+def included(path):
+    return {resolve(path, name, mark == '"') for mark, name in INCLUDE.findall((ROOT / path).read_text())}
+
+
+def reached(path):
+    """What a file includes, also by headers of its own floor."""
+    found = included(path)
+    return found.union(*(reached(name) for name in found if name.startswith('src/service/')))
+
+
+def check_decisions(path):
+    """A service, a .cpp, names decisions that it carries out; what is on pages (`pages`) need not be named."""
+    said = DECISIONS.findall((ROOT / path).read_text().split('#include')[0])
+    header = str(Path(path).with_suffix('.hpp'))
+    own = included(path) | (included(header) if (ROOT / header).exists() else set())
+    if not said and any(re.match(r'src/core/(?!pages/)\w+/', name) for name in own):
+        yield f'{path} does not say which decisions it carries out, as in "// Decisions: core/simulation/simulation_life."'
+    for name in ', '.join(said).split(', ') if said else []:
+        if not {f'src/{name}.hpp', f'webots_cloud/{Path(name).name}.hpp'} & reached(path):
+            yield f'{path} names {name}, but does not include it'
+        if not any((ROOT / 'src' / name).with_suffix(suffix).exists() for suffix in ('.hpp', '.cpp')):
+            yield f'{path} names {name}, which does not exist'
+
+
 def self_test():
     """A check that finds nothing must be able to find something."""
     good = [('src/adapters', 'webots_cloud/transport/clock.hpp'), ('src/adapters', 'webots_cloud/adapters/files.hpp'),
@@ -177,14 +205,14 @@ def self_test():
     bad = [('src/adapters', 'webots_cloud/simulation_service.hpp'), ('src/adapters', 'webots_cloud/servers.hpp'),
            ('src/service', 'webots_cloud/adapters.hpp'), ('src/service', 'webots_cloud/adapters/files.hpp'), ('src/guard', 'src/core/text.hpp'), ('src/core', 'webots_cloud/transport/clock.hpp')]
     assert all(may_include(*pair) for pair in good) and not any(may_include(*pair) for pair in bad)
+    assert DECISIONS.findall('// x\n// Decisions: core/a/b, core/c.\n') == ['core/a/b, core/c'] and not DECISIONS.findall('// Decisions: core/a/b,\n// core/c.')
 
 
 def check(path):
     floor = floor_of(path)
     text = (ROOT / path).read_text()
     for number, line in enumerate(text.splitlines(), 1):
-        match = re.match(r'\s*#include\s+([<"])([^>"]+)[>"]', line)
-        if match:
+        if match := INCLUDE.match(line):
             name = resolve(path, match.group(2), match.group(1) == '"')
             if not re.fullmatch(STD, name) and not may_include(floor, name):
                 yield f'{path}:{number}: {floor} must not include {name}: {WHY.get(floor, "see ARCHITECTURE.md")}'
@@ -199,7 +227,8 @@ def main():
     files = sorted(str(p.relative_to(ROOT)) for f in ('include', 'src', 'apps', 'examples/demo_simulator') for p in (ROOT / f).rglob('*.[ch]pp'))
     files = [f for f in files if floor_of(f)]
     assert len(files) > 50, 'the checkout has lost its sources'
-    found = [*check_table(), *(fault for f in files for fault in check(f))]
+    services = [f for f in files if f.startswith('src/service/') and f.endswith('.cpp')]
+    found = [*check_table(), *(fault for f in files for fault in check(f)), *(fault for f in services for fault in check_decisions(f))]
     print('\n'.join(found) or f'{len(files)} files stay on their floors and in their rooms')
     return 1 if found else 0
 

@@ -1,5 +1,6 @@
 // Docker has no option for the limits of a build's steps, so they are set on the containers as they appear,
 // and there is a moment without. What they write is counted with the rest of their build (docker_mode.cpp).
+// Decisions: core/docker/build_limits.
 #include "docker_build_limits.hpp"
 
 #include "async/cancellation.hpp"

@@ -1,5 +1,5 @@
-// Removes until nothing is found any more, since Docker may still be creating what was asked for before. What
-// may be removed is decided by core/docker/docker_leftovers.
+// Removes until nothing is found any more, since Docker may still be creating what was asked for before.
+// Decisions: core/docker/docker_leftovers, core/docker/build_images.
 #include "docker_cleanup.hpp"
 
 #include "core/docker/build_images.hpp"

@@ -1,3 +1,4 @@
+// Decisions: core/docker/docker_project.
 #include "docker_commands.hpp"
 
 #include "core/docker/docker_project.hpp"

@@ -1,3 +1,4 @@
+// Decisions: core/docker/docker_engine.
 #include "docker_discovery.hpp"
 
 #include "core/docker/docker_engine.hpp"

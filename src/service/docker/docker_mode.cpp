@@ -1,5 +1,6 @@
 // What the simulation server needs of Docker: finding it, preparing a project, counting what containers
 // write, and cleaning up. Each of these has a file of its own (docker_*.cpp); this one keeps what they share.
+// Decisions: core/docker/container_sizes, core/docker/build_images.
 #include <webots_cloud/docker_mode.hpp>
 
 #include "async/first_of.hpp"

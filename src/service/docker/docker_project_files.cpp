@@ -1,5 +1,6 @@
-// Writes compose file, walls, Dockerfile and .env beside a project. What is in them is decided by
-// core/docker; here templates are read, and images that projects start from are fetched.
+// Writes compose file, walls, Dockerfile and .env beside a project, from templates. Images that projects
+// start from are fetched.
+// Decisions: core/docker/container_files.
 #include "docker_project_files.hpp"
 
 #include "core/refusals.hpp"

@@ -1,3 +1,4 @@
+// Decisions: core/docker/compose_output.
 #include "simulator_runtime.hpp"
 
 namespace webots_cloud {

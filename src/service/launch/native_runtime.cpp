@@ -1,3 +1,4 @@
+// Decisions: core/simulation/launch_plan, core/simulation/simulator_environment.
 #include "core/sandbox/simulation_user.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"

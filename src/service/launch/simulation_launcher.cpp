@@ -1,6 +1,6 @@
-// Starts simulators on ports of a pool and turns what they print and do into events. When a simulator counts
-// as ready, idle or overdue is decided by core/simulation/simulator_state; what differs between programs,
-// containers and jobs is behind SimulatorRuntime.
+// Starts simulators on ports of a pool and turns what they print and do into events. What differs between
+// programs, containers and jobs is behind SimulatorRuntime.
+// Decisions: core/simulation/simulator_state, core/simulation/webots_output, core/simulation/port_pool.
 #include <webots_cloud/simulation_launcher.hpp>
 
 #include "async/cancellation.hpp"

@@ -1,6 +1,6 @@
 // Looks at the queue and the nodes of the cluster at intervals, one question for all jobs, and ends our jobs
-// that no simulation belongs to any more. What the tables mean is decided by core/slurm/cluster_tables;
-// slurm_runtime.cpp starts jobs.
+// that no simulation belongs to any more. slurm_runtime.cpp starts jobs.
+// Decisions: core/slurm/cluster_tables.
 #include <webots_cloud/slurm_mode.hpp>
 
 #include "core/refusals.hpp"

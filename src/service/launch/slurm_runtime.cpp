@@ -1,5 +1,6 @@
 // The command line of a native simulator, wrapped into srun and a guard on the node. Where the node does not
 // see the project, its paths are those of a copy; job_output.hpp reads what comes back.
+// Decisions: core/slurm/job_command, core/simulation/launch_plan.
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/slurm/job_command.hpp"

@@ -1,3 +1,4 @@
+// Decisions: core/simulation/private_display.
 #include <webots_cloud/private_display.hpp>
 
 #include "confine.hpp"

@@ -1,3 +1,4 @@
+// Decisions: core/simulation/simulator_environment.
 #include "run_as.hpp"
 
 #include "core/simulation/simulator_environment.hpp"

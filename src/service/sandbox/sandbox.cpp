@@ -1,3 +1,4 @@
+// Decisions: core/sandbox/sandbox_check, core/sandbox/bubblewrap, core/sandbox/firejail.
 #include <webots_cloud/sandbox.hpp>
 
 #include "confine.hpp"

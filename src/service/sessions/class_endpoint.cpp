@@ -1,3 +1,4 @@
+// Decisions: core/classes/class_book.
 #include "class_endpoint.hpp"
 
 #include "core/text.hpp"

@@ -1,6 +1,7 @@
 // What the session server does with a browser on /client until it is known what it wants.
 // client_relay_line.cpp has those who wait, client_relay_ride.cpp the way to a machine and the relaying
 // there.
+// Decisions: core/access/silent_clients, core/relay/relay_messages, core/waiting/waiting_room.
 #include "client_relay_browser.hpp"
 
 #include "core/refusals.hpp"

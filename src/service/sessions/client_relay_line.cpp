@@ -1,4 +1,5 @@
 // Those who wait: in which order they get seats, and what they are told.
+// Decisions: core/waiting/waiting_room, core/waiting/wait_estimate.
 #include "client_relay_browser.hpp"
 
 #include "async/cancellation.hpp"

@@ -1,5 +1,6 @@
 // Where other session servers place here too: the best machines are asked whom they have got, before one is
 // chosen.
+// Decisions: core/relay/machine_questions.
 #include "client_relay_browser.hpp"
 
 #include "async/cancellation.hpp"

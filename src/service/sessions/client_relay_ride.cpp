@@ -1,4 +1,5 @@
 // A browser on its way to a machine, and there.
+// Decisions: core/relay/machine_conversation, core/relay/machine_faults.
 #include "client_relay_browser.hpp"
 
 #include "async/cancellation.hpp"

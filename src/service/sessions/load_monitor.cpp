@@ -1,5 +1,6 @@
-// One task for each machine polls it on its own schedule, so that a slow one delays no other. What an answer
-// or a failure means is decided by core/load; changes are kept until somebody takes them (`next_events`).
+// One task for each machine polls it on its own schedule, so that a slow one delays no other. Changes are
+// kept until somebody takes them (`next_events`).
+// Decisions: core/load/load_table.
 #include <webots_cloud/load_monitor.hpp>
 
 #include "async/cancellation.hpp"

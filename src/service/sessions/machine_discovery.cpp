@@ -1,6 +1,6 @@
 // Keeps one list of machines from three sources (entries, names, announcements), and tells only what changes
-// in it. When a name is looked up again, and when a silent machine is forgotten, is decided in
-// core/discovery.
+// in it.
+// Decisions: core/discovery/machine_list, core/discovery/named_machines, core/discovery/announcements.
 #include <webots_cloud/machine_discovery.hpp>
 
 #include "async/cancellation.hpp"

@@ -1,5 +1,6 @@
-// Sends the operator what core/notices decides is worth a mail: the first at once, later ones as a digest. A
-// mail server that does not answer delays nothing but mails.
+// Sends the operator what is worth a mail: the first at once, later ones as a digest. A mail server that
+// does not answer delays nothing but mails.
+// Decisions: core/notices/news_digest, core/notices/notice_queue.
 #include <webots_cloud/operator_mail.hpp>
 
 #include "async/cancellation.hpp"

@@ -1,6 +1,7 @@
 // The session server from above: a table of paths (`routes`) leads to the functions that answer, all of them
 // from memory. The machines are those of the Fleet, which LoadMonitor, Scheduler, MachinePaths and
 // ClientRelay follow as this does. Waiting browsers are client_relay.cpp's, classes class_endpoint.cpp's.
+// Decisions: core/placement/scheduler, core/access/forwarding, core/fleet/drain_order, core/site_state.
 #include <webots_cloud/session_service.hpp>
 
 #include "async/first_of.hpp"

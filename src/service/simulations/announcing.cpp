@@ -1,3 +1,4 @@
+// Decisions: core/discovery/announcements.
 #include <webots_cloud/announcing.hpp>
 
 #include "async/cancellation.hpp"

@@ -1,3 +1,4 @@
+// Decisions: core/notices/registration_form.
 #include <webots_cloud/registration.hpp>
 
 #include "async/cancellation.hpp"

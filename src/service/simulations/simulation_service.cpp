@@ -1,6 +1,7 @@
 // The simulation server from above: who is on /client, which sessions there are, and what else is asked. A
 // browser gets a SimulationSession, which does the rest; what the server tells about itself is
 // status_endpoints.cpp's.
+// Decisions: core/access/admission, core/projects/outside_projects, core/simulation/gateway_address.
 #include <webots_cloud/simulation_service.hpp>
 
 #include "async/deadline.hpp"

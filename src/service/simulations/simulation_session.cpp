@@ -1,7 +1,7 @@
 // One browser and its simulation, in the order of events: the rules are asked, the project is fetched, the
-// simulator started, its address announced, and whatever happens, `clean_up` comes last. What follows from
-// what is decided by core/simulation/simulation_life; this file carries it out. docs/inside.md, "One
-// simulation", has the picture.
+// simulator started, its address announced, and whatever happens, `clean_up` comes last.
+// docs/inside.md, "One simulation", has the picture.
+// Decisions: core/simulation/simulation_life, core/access/admission, core/projects/repository_policy.
 #include "simulation_session.hpp"
 
 #include "async/cancellation.hpp"

@@ -1,6 +1,7 @@
 // Everything that a simulation server tells about itself. The machine is measured once a second (`measure`),
 // and pages are made from the last measurement when somebody asks, so that a crowd of watchers costs no more
 // than one.
+// Decisions: core/load/load_formula, core/access/view_keys.
 #include "status_endpoints.hpp"
 
 #include "async/cancellation.hpp"
