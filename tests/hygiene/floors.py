@@ -111,7 +111,7 @@ WHY = {
 INCLUDE = re.compile(r'^\s*#include\s+([<"])([^>"]+)[>"]', re.M)
 # Above the includes of a service.
 DECISIONS = re.compile(r'^// Decisions: (core/[\w/]+(?:, core/[\w/]+)*)\.$', re.M)
-# Public headers that run the coroutines of tests need more of Asio than others.
+# What only implementations of the Clock may name.
 CLOCKS = re.compile(r'steady_clock::now|system_clock::now|steady_timer|sleep_for|sleep_until')
 
 
