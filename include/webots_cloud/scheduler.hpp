@@ -237,6 +237,11 @@ struct Placement
 };
 
 /// One call of place() with all that led to its answer: a value of its own, no view of the scheduler.
+///
+/// Why `chosen` was chosen: with `least_committed` it has the smallest `score` of the entries with a
+/// `position`, as far as `unseen_arrivals` lets the policy trust them. An entry without one has a `refusal`,
+/// or is `overcommitted`. A place() that found nothing is `decisions().back()`, unless its labels made no
+/// sense: that is no decision.
 struct Decision
 {
     Decision() = default;
@@ -391,7 +396,8 @@ public:
 
     /// A single machine of the list: a new one is added, a known one is treated as the entry says from now
     /// on. It stands in front of the machine `before`, or at the end where that is not in the list. By
-    /// default new ones come to the end, and known ones stay where they are. O(log n).
+    /// default new ones come to the end, and known ones stay where they are. With `ServerSpec::drain` it gets
+    /// no more sessions; those that it has stay. O(log n).
     void put_server(ServerSpec const& server, std::optional<std::string_view> before = std::nullopt);
 
     /// The machine is forgotten, as by set_servers(). O(log n).

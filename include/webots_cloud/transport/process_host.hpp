@@ -96,8 +96,9 @@ struct ProcessSpec
 {
     ProcessSpec() = default;
 
-    std::vector<std::string>
-        argv; ///< argv[0] is the path of the program; a relative one starts at the host's own folder.
+    /// argv[0] is the path of the program; a relative one starts at the host's own folder. Where it is a
+    /// wrapper, such as that of a sandbox, nobody looks whether what it wraps is there.
+    std::vector<std::string> argv;
     /// The whole environment of the process; nothing else is inherited.
     std::vector<std::pair<std::string, std::string>> environment;
     std::filesystem::path directory; ///< Working directory; empty: the host's own.

@@ -24,7 +24,7 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// alone.
 ///
 /// The progress of several fetches can't be added up: fetches that share a download each see all of it, and
-/// `bytes_received` may begin again at 0. To count downloads, see HACKING.md ("A figure").
+/// `bytes_received` may begin again at 0. To count downloads, see docs/recipes.md ("A figure").
 struct FetchProgress
 {
     FetchProgress() = default;
@@ -97,8 +97,8 @@ struct RestoreOrder
 };
 
 /// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory
-/// (and a cache of its own). What arrives is a stranger's: HACKING.md ("another kind of forge") lists what a
-/// source must not let through.
+/// (and a cache of its own). What arrives is a stranger's: docs/recipes.md ("Another kind of forge") lists
+/// what a source must not let through.
 ///
 /// Thread-safety: one executor.
 class ProjectSource

@@ -34,14 +34,14 @@ public:
         running
     };
 
-    /// What the log says of the browser.
+    /// How the simulation lost its browser.
     enum class Loss
     {
         none,
         awaited,     ///< Its connection broke; it may return.
         not_ready,   ///< Its connection broke too early for a return.
         not_awaited, ///< Its connection broke, and there is no grace.
-        not_returned ///< It did not return in time.
+        not_returned ///< It did not return within `reconnectGrace`.
     };
 
     enum class Action

@@ -61,7 +61,7 @@ struct SimulationService::Impl
                   limits_of(params, simulators.params())),
           status(params, hooks, context, sessions, metrics)
     {
-        set_policy();
+        apply_config();
     }
 
     static std::span<Route<Impl> const> routes();
@@ -75,7 +75,7 @@ struct SimulationService::Impl
     bool leads_to_simulation(IncomingRequest const& request) const;
     Answer forward(IncomingRequest const& request);
     SimulationSession const* simulation_at(core::GatewayPath const& path) const;
-    void set_policy();
+    void apply_config();
     void stop();
     void add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel);
     void remove_silent(std::uint64_t id);
@@ -127,10 +127,10 @@ void SimulationService::apply(SimulationServiceConfig config)
 {
     impl_->params.config = std::move(config);
     impl_->status.refresh_pages();
-    impl_->set_policy();
+    impl_->apply_config();
 }
 
-void SimulationService::Impl::set_policy()
+void SimulationService::Impl::apply_config()
 {
     auto const& repositories = params.config.repositories;
     context.policy = {repositories,
