@@ -4,6 +4,7 @@
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/fleet.hpp>
+#include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/server_load.hpp>
@@ -148,6 +149,7 @@ struct ForgeConfig
 
     std::string url;                 ///< Base URL, without a slash at the end.
     std::filesystem::path directory; ///< Not empty: a plain folder of this computer instead of a git server.
+    ForgeKind kind = ForgeKind::unknown; ///< `kind`: whose pages links to its worlds are copied from.
 
     bool operator==(ForgeConfig const&) const = default;
 };
@@ -332,7 +334,7 @@ struct SimulationConfig
     bool docker = false; ///< `docker`: simulations run in containers.
     DockerConfig containers;
     std::optional<SlurmConfig> slurm; ///< `launcher`: where simulations run. Default: on this machine.
-    std::vector<ForgeConfig> forges;  ///< `forges`: strings, or objects with `url` and `directory`.
+    std::vector<ForgeConfig> forges;  ///< `forges`: strings, or objects with `url`, `directory`, `kind`.
     /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when forges,
     /// websites and registries are asked by https.
     std::filesystem::path ca_file;

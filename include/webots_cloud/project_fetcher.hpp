@@ -22,9 +22,9 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// A source, and the base of the world addresses that it fetches.
 struct Forge
 {
-    Forge(std::string url, ProjectSource& source) : url(std::move(url)), source(source) {}
+    Forge(ForgeAddress address, ProjectSource& source) : address(std::move(address)), source(source) {}
 
-    std::string url; ///< Base URL of world addresses, without a slash at the end: `https://github.com`.
+    ForgeAddress address;
     std::reference_wrapper<ProjectSource> source;
 };
 

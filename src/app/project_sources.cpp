@@ -24,12 +24,13 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
         users_ = machine.trial.user.subordinate;
     std::vector<Forge> forges;
     for (auto const& forge : config.forges) {
+        ForgeAddress const address(forge.url, forge.kind);
         if (forge.directory.empty()) {
-            forges.emplace_back(forge.url, for_users(git(executor, config, machine, log)));
+            forges.emplace_back(address, for_users(git(executor, config, machine, log)));
             continue;
         }
         owned_.push_back(make_directory_source(forge.directory));
-        forges.emplace_back(forge.url, for_users(*owned_.back()));
+        forges.emplace_back(address, for_users(*owned_.back()));
     }
     ProjectSource* websites = nullptr;
     if (!config.docker) { // the pages of websites know nothing of containers

@@ -37,6 +37,7 @@ enum class Refused : std::uint8_t
     address_too_long,
     address_malformed,
     address_too_short,
+    address_of_folder,
     address_without_blob,
     address_without_worlds,
     address_without_world,

@@ -117,10 +117,11 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     auto rest = fuzz::text_of(data, size);
     std::string const rule(fuzz::take(rest, fuzz::take_byte(rest)));
     auto const url = rest;
-    if (!forge_of(url, {std::string(forge)}))
+    std::vector<ForgeAddress> const forges{std::string(forge)};
+    if (!forge_of(url, forges))
         return 0;
     (void)is_refused({rule}, url);
-    auto const project = parse_world_url(url, {std::string(forge)});
+    auto const project = parse_world_url(url, forges);
     if (!project)
         return 0;
     check_repository(*project, url);

@@ -24,6 +24,11 @@ def world_url():
     yield b"https://github.com/o/r/tree/" + ID + b"/worlds/a.wbt"
     yield b"https://github.com.evil.org/o/r/blob/m/worlds/a.wbt"
     yield b"local:/demo_projects/robots/blob/main/worlds/arena.wbt"
+    for path in (b"g/s/r/-/blob/main/worlds/a.wbt", b"g/src/r/-/raw/main/worlds/a.wbt", b"o/r/src/branch/main/worlds/a.wbt", b"o/r/src/tag/v1/worlds/a.wbt",
+                 b"o/r/src/commit/" + ID + b"/worlds/a.wbt", b"o/r/src/main/worlds/a.wbt", b"o/r/media/branch/x/worlds/a.wbt", b"o/r/tree/main", b"o/r"):
+        yield b"local:/" + path
+    yield b"https://raw.githubusercontent.com/o/r/main/worlds/a.wbt"
+    yield b"https://media.githubusercontent.com/media/o/r/main/worlds/a.wbt"
     for path in (b"", b"/", b"/mjpeg", b"//../%2e"):
         yield b"/simulation/kqwzbfyhadnvtjgmxcrpeoulsiwy/2001" + path
     yield b"/2000/simulation/a/65535/"
@@ -248,6 +253,9 @@ def policy():
                       b"o/%72/blob/m%61in/%77orlds/a%20b.wbt?x#y", b"o/r/blob/v1/worlds/a.wbt", b"o/../r/blob/main/worlds/a.wbt",
                       b"o//r/blob/main/worlds/a.wbt"):
             yield bytes((len(rule),)) + rule + base + world
+    for rule in (base + b"o/r/raw/main", b"https://raw.githubusercontent.com/o/r/main", base + b"o/r/-/tree/main"):
+        for world in (base + b"o/r/raw/refs/heads/main/worlds/a.wbt", b"https://raw.githubusercontent.com/o/r/main/worlds/a.wbt", b"https://github.dev/o/r/blob/main/worlds/a.wbt"):
+            yield bytes((len(rule),)) + rule + world
 
 
 def simulator_output():

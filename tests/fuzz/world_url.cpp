@@ -1,6 +1,7 @@
 // Addresses of worlds: what is understood stays inside, and says the same again. Paths of simulations, too.
 #include "fuzz.hpp"
 
+#include "core/forge_link.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 
@@ -34,8 +35,10 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
         fuzz::require(!project.error().message().empty());
         return 0;
     }
-    fuzz::require(url.starts_with(project->forge + "/"));
-    fuzz::require(project->owner.find('/') == std::string::npos && fuzz::stays_inside(project->owner));
+    fuzz::require(core::usual_address(url).starts_with(project->forge + "/"));
+    bool const has_groups = project->owner.find('/') != std::string::npos;
+    fuzz::require(!(has_groups && project->forge == "https://github.com") &&
+                  fuzz::stays_inside(project->owner));
     fuzz::require(project->repository.find('/') == std::string::npos &&
                   fuzz::stays_inside(project->repository));
     fuzz::require(fuzz::stays_inside(project->ref_and_folder));

@@ -44,7 +44,7 @@ struct Options
     GitSourceParams source;
     std::shared_ptr<FetchBudget> budget;
     FetchLimits limits;
-    std::vector<std::string> forges;
+    std::vector<ForgeAddress> forges;
     std::filesystem::path into;
     std::vector<std::string> worlds;
     bool together = false;

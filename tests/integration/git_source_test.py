@@ -103,6 +103,29 @@ class GitSourceTest(GitCase):
         self.check_arm(answer)
         self.assertEqual(answer["revision"], commit)
 
+    def test_links_of_all_forges_lead_to_the_same_project(self):
+        """docs/access.md, "Links to worlds". That host is no forge's of the internet, so each link says which kind it is."""
+        self.server.add_repository("group/of/groups", "robots", {"p/worlds/a.wbt": WORLD}, partial=self.partial, tags={"v1": {"p/worlds/a.wbt": WORLD + "#"}})
+        of_branch = self.probe.fetch("group/of/groups/robots/-/blob/main/p/worlds/a.wbt")
+        self.assertEqual(of_branch.get("header"), HEADER, of_branch)
+        commit = of_branch["revision"]
+        of_tag = self.probe.fetch("group/of/groups/robots/-/raw/v1/p/worlds/a.wbt?inline=false")["revision"]
+        self.assertNotEqual(of_tag, commit)
+        self.server.add_repository("-owner", "-robots", {"p/worlds/a.wbt": WORLD}, partial=self.partial, tags={"main": {"p/worlds/a.wbt": WORLD + "#"}})
+        other = self.probe.fetch("-owner/-robots/blob/main/p/worlds/a.wbt")["revision"]
+        tagged = self.probe.fetch("-owner/-robots/src/tag/main/p/worlds/a.wbt")["revision"]
+        self.assertNotEqual(tagged, other)
+        for link, revision in (
+                ("group/of/groups/robots/-/tree/main/p/worlds/a.wbt?ref_type=heads", commit),
+                (f"group/of/groups/robots/-/blob/{commit}/p/worlds/a.wbt#L1", commit),
+                ("-owner/-robots/raw/refs/heads/main/p/worlds/a.wbt", other),
+                ("-owner/-robots/src/branch/main/p/worlds/a.wbt", other),
+                ("-owner/-robots/raw/branch/main/p/worlds/a.wbt", other),
+                (f"-owner/-robots/src/commit/{other}/p/worlds/a.wbt", other),
+                ("-owner/-robots/src/main/p/worlds/a.wbt", other),
+                (f"-owner/-robots/src/{other}/p/worlds/a.wbt?at=main", other)):
+            self.assertEqual(self.probe.fetch(link).get("revision"), revision, link)
+
     def test_the_second_start_asks_once_and_receives_nothing(self):
         world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
         self.probe.fetch(world)

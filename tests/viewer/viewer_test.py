@@ -8,6 +8,7 @@ import json
 import os
 import sys
 import unittest
+from urllib.parse import quote
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "../support")]
@@ -496,9 +497,28 @@ class Addresses(ViewerTest):
         "wss://h/2001": {"kind": "simulator", "url": "wss://h/2001"},
         "ws://h:2000/simulation/abc/2001/": {"kind": "simulator", "url": "ws://h:2000/simulation/abc/2001"},
         "wss://h/2000/simulation/abc/2001": {"kind": "simulator", "url": "wss://h/2000/simulation/abc/2001"},
+        f"ws://h:1999/session?url={WORLD}":
+            {"kind": "session", "server": "http://h:1999/", "request": f"http://h:1999/session?url={WORLD}", "world": WORLD},
+        "wss://h/1999/session?url=https%3A%2F%2Fg.org%2Fa%2Fworlds%2Fb.wbt":
+            {"kind": "session", "server": "https://h/1999/", "world": "https://g.org/a/worlds/b.wbt",
+             "request": "https://h/1999/session?url=https%3A%2F%2Fg.org%2Fa%2Fworlds%2Fb.wbt"},
     }
+    # All of them mean WORLD, at the server that the page is from.
+    LINKS = (
+        f"https://webots.cloud/run?version=R2025a&url={WORLD}",
+        f"https://webots.cloud/run?url={WORLD}&type=demo#top",
+        f"webots.cloud/run?version=R2025a&url={quote(WORLD, safe='')}&type=competition",
+        f"[![webots.cloud - run](https://img.shields.io/badge/webots.cloud-run-007ACC)](https://webots.cloud/run?version=R2025a&url={quote(WORLD, safe='')})",
+        f"[Start it]( <{WORLD}> \"now\")",
+        f'<a href="https://webots.cloud/run?version=R2025a&amp;url={WORLD}"><img src="https://img.shields.io/badge/run-007ACC.svg" alt="run"></a>',
+        f"<a class='x' href='{WORLD}'>start</a>",
+        f"<{WORLD}>",
+        f".. image:: https://img.shields.io/badge/webots.cloud-run-007ACC    :target: https://webots.cloud/run?url={WORLD}",
+        WORLD.removeprefix("https://"),
+    )
     REFUSED = ("", "nonsense", "http://h:1999/session", "ftp://h/worlds/a.wbt", "https://h/page", "ws://h/p/worlds/a.wbt", "local:/session",
-               "mailto:a.wbt")
+               "mailto:a.wbt", "https://webots.cloud/run", "https://webots.cloud/run?version=R2025a", "https://webots.cloud/run?url=https://h/page",
+               "[text](https://h/page)", "ws://h/session?url=", "host.org/page")
 
     def parse(self, address):
         return self.driver.execute_async_script(
@@ -510,6 +530,12 @@ class Addresses(ViewerTest):
         for address, expected in self.CASES.items():
             with self.subTest(address):
                 self.assertEqual(self.parse(address), expected)
+
+    def test_links_of_other_sites_and_badges_lead_to_the_world_that_they_name(self):
+        self.open_page()
+        for link in self.LINKS:
+            with self.subTest(link):
+                self.assertEqual(self.parse(link), self.CASES[WORLD])
 
     @unittest.skipIf(browser.BROWSER == "firefox", "its driver loads modules of its own, without the page's texts")
     def test_every_other_address_is_answered_with_what_was_expected(self):

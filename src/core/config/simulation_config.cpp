@@ -6,6 +6,7 @@
 #include "config_rules.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/docker/docker_project.hpp"
+#include "core/forge_link.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/simulation/launch_plan.hpp"
@@ -40,23 +41,31 @@ bool is_web_address(std::string_view url)
     return false;
 }
 
+bool is_web_url(std::string_view url)
+{
+    return (url.starts_with("https://") || url.starts_with("http://")) && core::is_printable(url);
+}
+
 void read_forge(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
                 fs::path const& folder, ForgeConfig& forge)
 {
     if (auto const* url = entry.if_string()) {
         forge.url = without_final_slash(std::string(*url));
-        bool const is_web = forge.url.starts_with("https://") || forge.url.starts_with("http://");
-        if (!is_web || !core::is_printable(forge.url))
+        if (!is_web_url(forge.url))
             reader.refuse_entry("forges", number, entry, "a URL that starts with https:// or http://");
     } else if (auto const* object = entry.if_object()) {
         auto inner = reader.entry("forges", number, *object);
         inner.read_members(forge);
         if (!inner.has("url"))
             inner.require("url", "the beginning of the addresses of its worlds, as in \"local:\"");
-        if (!inner.has("directory"))
-            inner.require("directory", "a folder");
+        std::string kind;
+        inner.read_choice("kind", kind);
+        forge.kind = core::forge_kind(kind);
         forge.url = without_final_slash(std::move(forge.url));
-        forge.directory = (folder / forge.directory).lexically_normal();
+        if (inner.has("directory"))
+            forge.directory = (folder / forge.directory).lexically_normal();
+        else if (!is_web_url(forge.url))
+            inner.require("directory", "a folder");
         reader.take_over(inner);
     } else {
         reader.refuse_entry("forges", number, entry, "a base URL, or {\"url\": ..., \"directory\": ...}");

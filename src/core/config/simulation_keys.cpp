@@ -3,6 +3,8 @@
 #include "config_keys.hpp"
 #include "shared_keys.hpp"
 
+#include "core/forge_link.hpp"
+
 namespace webots_cloud::core {
 namespace {
 
@@ -51,14 +53,21 @@ constexpr std::array forge_keys{
               .text =
                   "folder of this machine with the folders `<owner>/<repository>`; relative paths begin at "
                   "the configuration",
-              .required = true},
+              .absent = "a git server"},
+    ConfigKey{.name = "kind",
+              .value = shaped<KeyType::choice, &ForgeConfig::kind>,
+              .text = "whose pages the [links to its worlds](docs/access.md#links-to-worlds) are copied from",
+              .absent = "found out of each link",
+              .choices = forge_kinds},
 };
 
 constexpr std::array simulation_worlds{
     ConfigKey{.name = "forges",
               .value = shaped<KeyType::objects, &SimulationConfig::forges>,
-              .text = R"(where worlds may come from: git servers, or `{"url": "local:", "directory": )"
-                      R"("/my/projects"}` for folders `<owner>/<repository>` of this machine)",
+              .text =
+                  R"(where worlds may come from: git servers, or `{"url": "local:", "directory": )"
+                  R"("/my/projects"}` for folders `<owner>/<repository>` of this machine; [links that are "
+                      "understood](docs/access.md#links-to-worlds))",
               .standard = R"(["https://github.com"])",
               .keys = forge_keys},
     ConfigKey{.name = "caFile",

@@ -1,11 +1,14 @@
 #include <webots_cloud/project_ref.hpp>
 
+#include "core/forge_link.hpp"
 #include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 #include "repository_policy.hpp"
 
 #include <algorithm>
+#include <array>
+#include <optional>
 
 namespace webots_cloud {
 namespace {
@@ -36,26 +39,101 @@ Failure bad_part(std::string_view what, std::string_view part)
     return refused(Refused::address_part, {{"part", core::printable(part, 60)}, {"what", what}});
 }
 
+bool is_world_file(std::string_view name)
+{
+    constexpr std::string_view extension = ".wbt";
+    return name.ends_with(extension) && name.size() > extension.size();
+}
+
+/// What a link lacks that leads to no world.
+std::optional<Failure> why_no_world(std::string_view path, core::ForgeLink const* link)
+{
+    auto const all = core::split(path, '/');
+    bool const is_front_page = !link && (all.size() == 2 || (all.size() == 3 && all.back().empty()));
+    auto const parts = link ? core::split(link->rest, '/') : std::vector<std::string_view>{""};
+    auto const file = parts.back();
+    if (is_front_page || (link && link->view == core::LinkView::folder && !file.ends_with(".wbt")))
+        return refused(Refused::address_of_folder);
+    if (!link && all.size() >= 6)
+        return refused(Refused::address_without_blob, {{"found", core::printable(all[2], 60)}});
+    if (!link || parts.size() < 2)
+        return refused(Refused::address_too_short);
+    if (parts.size() < 3 && !is_world_file(file))
+        return refused(Refused::address_too_short);
+    if (parts.size() < 3 || parts[parts.size() - 2] != "worlds")
+        return refused(Refused::address_without_worlds,
+                       {{"hint", concat(": worlds have to be in a folder \"worlds\", as in worlds/",
+                                        core::printable(is_world_file(file) ? file : "world.wbt", 60))}});
+    if (!is_world_file(file))
+        return refused(Refused::address_without_world);
+    return std::nullopt;
+}
+
+std::optional<Failure> bad_name(ProjectRef const& project)
+{
+    for (auto const part : core::split(project.owner, '/'))
+        if (!is_forge_name(part))
+            return bad_part("name of an owner", part);
+    if (!is_forge_name(project.repository) || core::without_dot_git(project.repository) != project.repository)
+        return bad_part("name of a repository", project.repository);
+    // Where the ref ends is unknown yet, so its parts obey the rule for files and folders, too.
+    auto const others = concat(project.ref_and_folder, "/", project.world);
+    for (auto const part : core::split(others, '/'))
+        if (!core::is_safe_file_name(part))
+            return bad_part("name of a branch, folder or file", part);
+    return std::nullopt;
+}
+
 } // namespace
+
+ForgeKind kind_of_forge(std::string_view url) noexcept
+{
+    struct Known
+    {
+        std::string_view url;
+        ForgeKind kind;
+    };
+    constexpr std::array known{
+        Known{"https://github.com", ForgeKind::github},       Known{"https://gitlab.com", ForgeKind::gitlab},
+        Known{"https://codeberg.org", ForgeKind::gitea},      Known{"https://gitea.com", ForgeKind::gitea},
+        Known{"https://bitbucket.org", ForgeKind::bitbucket},
+    };
+    auto const* const found =
+        std::find_if(known.begin(), known.end(), [url](Known const& forge) { return forge.url == url; });
+    return found == known.end() ? ForgeKind::unknown : found->kind;
+}
 
 std::string ProjectRef::clone_url() const
 {
     return concat(forge, "/", owner, "/", repository, ".git");
 }
 
-result<std::string> forge_of(std::string_view url, std::vector<std::string> const& forges)
+std::string ProjectRef::address() const
+{
+    constexpr std::string_view heads = "refs/heads/";
+    std::string_view brief = ref_and_folder;
+    if (brief.starts_with(heads) && brief.size() > heads.size())
+        brief.remove_prefix(heads.size());
+    return concat(forge, "/", owner, "/", repository, "/blob/", brief, "/worlds/", world);
+}
+
+namespace {
+
+/// `usual`: `url` at the usual host of its forge.
+result<ForgeAddress> forge_at(std::string_view usual, std::string_view url,
+                              std::vector<ForgeAddress> const& forges)
 {
     constexpr std::size_t max_url_bytes = 2048; // the text says characters: in an address that is encoded as
                                                 // it should be, that is the same
     if (url.size() > max_url_bytes)
         return refused(Refused::address_too_long);
-    auto const forge = std::find_if(forges.begin(), forges.end(), [&](std::string const& base) {
-        return url.size() > base.size() && url.starts_with(base) && url[base.size()] == '/';
+    auto const forge = std::find_if(forges.begin(), forges.end(), [&](ForgeAddress const& base) {
+        return usual.size() > base.url.size() && usual.starts_with(base.url) && usual[base.url.size()] == '/';
     });
     if (forge == forges.end()) {
         std::string expected;
         for (auto const& base : forges)
-            expected += concat(expected.empty() ? "" : " or ", base, "/");
+            expected += concat(expected.empty() ? "" : " or ", base.url, "/");
         if (forges.empty())
             expected = "the address of a forge, and none is configured";
         return refused(Refused::foreign_site, {{"url", core::printable(url, 200)}, {"sites", expected}});
@@ -63,41 +141,38 @@ result<std::string> forge_of(std::string_view url, std::vector<std::string> cons
     return *forge;
 }
 
-result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges)
+} // namespace
+
+result<ForgeAddress> forge_of(std::string_view url, std::vector<ForgeAddress> const& forges)
 {
-    auto forge = forge_of(url, forges);
+    return forge_at(core::usual_address(url), url, forges);
+}
+
+result<ProjectRef> parse_world_url(std::string_view url, std::vector<ForgeAddress> const& forges)
+{
+    auto const usual = core::usual_address(url);
+    auto forge = forge_at(usual, url, forges);
     if (!forge)
         return forge.error();
-    auto const location = core::without_query(url);
+    auto const location = core::without_query(usual);
     std::string path;
-    if (!core::percent_decode(location.substr(std::min(location.size(), forge->size() + 1)), path))
+    if (!core::percent_decode(location.substr(std::min(location.size(), forge->url.size() + 1)), path))
         return refused(Refused::address_malformed);
-    auto const parts = core::split(path, '/');
-    if (parts.size() < 6)
-        return refused(Refused::address_too_short);
-    if (parts[2] != "blob" && parts[2] != "tree")
-        return refused(Refused::address_without_blob, {{"found", core::printable(parts[2], 60)}});
-    if (parts[parts.size() - 2] != "worlds")
-        return refused(Refused::address_without_worlds);
-    if (!parts.back().ends_with(".wbt") || parts.back().size() == 4)
-        return refused(Refused::address_without_world);
+    auto const link = core::forge_link(path, forge->kind);
+    if (auto why = why_no_world(path, link ? &*link : nullptr))
+        return std::move(*why);
 
     ProjectRef project;
-    project.forge = std::move(*forge);
-    project.owner = parts[0];
-    project.repository = parts[1];
-    project.world = parts.back();
-    if (!is_forge_name(project.owner))
-        return bad_part("name of an owner", project.owner);
-    if (!is_forge_name(project.repository) || core::without_dot_git(project.repository) != project.repository)
-        return bad_part("name of a repository", project.repository);
-    // Where the ref ends is unknown yet, so its parts obey the rule for files and folders, too.
-    for (std::size_t i = 3; i < parts.size(); ++i)
-        if (!core::is_safe_file_name(parts[i]))
-            return bad_part("name of a branch, folder or file", parts[i]);
-    auto const first = static_cast<std::size_t>(parts[3].data() - path.data());
-    auto const last = static_cast<std::size_t>(parts[parts.size() - 2].data() - path.data()) - 1;
-    project.ref_and_folder = path.substr(first, last - first);
+    project.forge = std::move(forge->url);
+    auto const repository = link->names.rfind('/');
+    project.owner = link->names.substr(0, repository);
+    project.repository = link->names.substr(repository + 1);
+    auto const file = link->rest.rfind('/');
+    project.world = link->rest.substr(file + 1);
+    auto const ref_and_folder = link->rest.substr(0, link->rest.rfind('/', file - 1));
+    project.ref_and_folder = concat(link->ref_space, ref_and_folder);
+    if (auto bad = bad_name(project))
+        return std::move(*bad);
     return project;
 }
 

@@ -3,6 +3,7 @@
 // same thing.
 #include "repository_policy.hpp"
 
+#include "core/forge_link.hpp"
 #include "core/git/git_object_id.hpp"
 #include "core/refusals.hpp"
 #include "core/text.hpp"
@@ -17,11 +18,6 @@ namespace webots_cloud::core {
 namespace {
 
 using Segments = std::vector<std::string>;
-
-/// Segments after the forge's own: owner, repository, kind, then the ref and what is in it.
-constexpr std::size_t repository_at = 1;
-constexpr std::size_t kind_at = 2;
-constexpr std::size_t ref_at = 3;
 
 /// An address in the form in which addresses are compared.
 struct Location
@@ -72,7 +68,7 @@ Location location_of(std::string_view decoded)
 std::optional<Location> location_of_rule(std::string_view rule)
 {
     std::string decoded;
-    if (!percent_decode(without_query(trim(rule)), decoded))
+    if (!percent_decode(without_query(usual_address(trim(rule))), decoded))
         return std::nullopt;
     auto location = location_of(decoded);
     if (location.host.empty() && location.scheme.empty())
@@ -86,29 +82,6 @@ bool is_scheme_of(Location const& rule, Location const& forge)
     if (!rule.path.empty() || forge.scheme.empty())
         return false;
     return rule.host.empty() ? rule.scheme == forge.scheme : concat(forge.scheme, ":") == rule.host;
-}
-
-/// What a world's address says after that of its forge.
-Segments segments_of_world(std::string_view url, std::string_view forge)
-{
-    if (auto const world = parse_world_url(url, {std::string(forge)})) {
-        Segments segments{world->owner, world->repository, "blob"};
-        for (auto const part : split(world->ref_and_folder, '/'))
-            segments.emplace_back(part);
-        segments.emplace_back("worlds");
-        segments.push_back(world->world);
-        return segments;
-    }
-    // Not the address of a world: it never runs. But where its repository is blocked, the person is told that
-    // first (protocol section 4.1.2: the policy comes before the grammar).
-    auto const rest = without_query(url.substr(std::min(url.size(), forge.size())));
-    std::string decoded;
-    if (!percent_decode(rest, decoded))
-        decoded = rest;
-    auto segments = normal_segments(decoded);
-    if (segments.size() > repository_at)
-        segments[repository_at] = without_dot_git(segments[repository_at]);
-    return segments;
 }
 
 using Same = bool (*)(std::string_view, std::string_view);
@@ -137,10 +110,53 @@ std::optional<Segments> segments_on_forge(Location const& rule, Location const& 
         return Segments();
     if (!begins_with(rule.path, forge.path, same))
         return std::nullopt;
-    Segments rest(rule.path.begin() + static_cast<std::ptrdiff_t>(forge.path.size()), rule.path.end());
-    if (rest.size() > repository_at)
-        rest[repository_at] = without_dot_git(rest[repository_at]);
-    return rest;
+    return Segments(rule.path.begin() + static_cast<std::ptrdiff_t>(forge.path.size()), rule.path.end());
+}
+
+Segments without_dot_gits(Segments names)
+{
+    for (std::size_t i = 1; i < names.size(); ++i)
+        names[i] = without_dot_git(names[i]);
+    return names;
+}
+
+/// Segments after those of a forge, told apart.
+struct Parts
+{
+    Segments names;                  ///< Owner or groups, and repository.
+    std::optional<Segments> in_view; ///< The ref and what is in it; `nullopt`: they name no file or folder.
+};
+
+Parts parts_of(Segments const& segments, ForgeKind kind)
+{
+    std::string path;
+    for (auto const& segment : segments)
+        path += concat(path.empty() ? "" : "/", segment);
+    auto const link = forge_link(path, kind);
+    Parts parts;
+    parts.names = without_dot_gits(link ? normal_segments(link->names) : segments);
+    if (link)
+        parts.in_view = normal_segments(concat(link->ref_space, link->rest));
+    return parts;
+}
+
+/// Of a world's address.
+Parts parts_of_world(std::string_view url, ForgeOfWorld const& forge)
+{
+    if (auto const world = parse_world_url(url, {ForgeAddress(std::string(forge.url), forge.kind)})) {
+        Parts parts;
+        parts.names = normal_segments(concat(world->owner, "/", world->repository));
+        parts.in_view = normal_segments(concat(world->ref_and_folder, "/worlds/", world->world));
+        return parts;
+    }
+    // Not the address of a world: it never runs. But where its repository is blocked, the person is told that
+    // first (protocol section 4.1.2: the policy comes before the grammar).
+    auto const usual = usual_address(url);
+    auto const rest = without_query(std::string_view(usual).substr(std::min(usual.size(), forge.url.size())));
+    std::string decoded;
+    if (!percent_decode(rest, decoded))
+        decoded = rest;
+    return parts_of(normal_segments(decoded), forge.kind);
 }
 
 /// Forges that are known to take `Owner/Repository` and `owner/repository` for the same.
@@ -149,11 +165,6 @@ bool ignores_case(Location const& forge)
     constexpr std::array<std::string_view, 5> known{"github.com", "gitlab.com", "bitbucket.org",
                                                     "codeberg.org", "gitee.com"};
     return forge.path.empty() && std::find(known.begin(), known.end(), forge.host) != known.end();
-}
-
-bool is_kind(std::string_view segment)
-{
-    return segment == "blob" || segment == "tree";
 }
 
 std::string_view without_www(std::string_view host)
@@ -201,12 +212,13 @@ Segments from(Segments const& segments, std::size_t first)
 struct World
 {
     World(std::string_view url, ForgeOfWorld const& forge)
-        : place(location_of(forge.url)), refs(forge.refs), segments(segments_of_world(url, forge.url))
+        : place(location_of(forge.url)), refs(forge.refs), kind(forge.kind), parts(parts_of_world(url, forge))
     {}
 
     Location place; ///< Of the forge.
     RefMeaning refs;
-    Segments segments;
+    ForgeKind kind;
+    Parts parts;
 };
 
 bool rule_allows(std::string_view rule, World const& world)
@@ -218,18 +230,32 @@ bool rule_allows(std::string_view rule, World const& world)
         return true;
     if (named->scheme != world.place.scheme || named->host != world.place.host)
         return false;
-    auto const wanted = segments_on_forge(*named, world.place, same_exactly);
-    auto const& found = world.segments;
-    if (!wanted || wanted->size() > found.size())
+    auto const segments = segments_on_forge(*named, world.place, same_exactly);
+    if (!segments)
         return false;
+    auto const wanted = parts_of(*segments, world.kind);
     auto const same_name = ignores_case(world.place) ? same_without_case : same_exactly;
-    for (std::size_t i = 0; i < wanted->size(); ++i) {
-        auto const& mine = (*wanted)[i];
-        auto const same = i < kind_at    ? same_name(mine, found[i])
-                          : i == kind_at ? is_kind(mine) && is_kind(found[i])
-                                         : mine == found[i];
-        if (!same)
-            return false;
+    if (!begins_with(world.parts.names, wanted.names, same_name))
+        return false;
+    if (!wanted.in_view)
+        return true;
+    return wanted.names.size() == world.parts.names.size() && world.parts.in_view &&
+           begins_with(*world.parts.in_view, *wanted.in_view, same_exactly);
+}
+
+/// `ref`: what a rule has after the word of a page, such as `tree`.
+bool blocks_in_repository(Segments const& ref, World const& world)
+{
+    if (ref.empty())
+        return true;
+    auto const found = world.parts.in_view.value_or(Segments());
+    switch (world.refs) {
+    case RefMeaning::git:
+        return blocks_ref(ref, found);
+    case RefMeaning::none: // only the folder after it counts
+        return begins_with(from(found, 1), from(ref, 1), same_exactly);
+    case RefMeaning::unknown:
+        break;
     }
     return true;
 }
@@ -243,29 +269,20 @@ bool rule_blocks(std::string_view rule, World const& world)
         return true;
     if (without_www(named->host) != without_www(world.place.host))
         return false;
-    auto const wanted = segments_on_forge(*named, world.place, same_without_case);
-    auto const& found = world.segments;
-    if (!wanted)
+    auto const segments = segments_on_forge(*named, world.place, same_without_case);
+    if (!segments)
         return false;
-    auto const names = std::min(wanted->size(), kind_at);
-    if (found.size() < names ||
-        !std::equal(wanted->begin(), wanted->begin() + static_cast<std::ptrdiff_t>(names), found.begin(),
-                    same_without_case))
+    auto const& names = world.parts.names;
+    auto const common = std::min(segments->size(), names.size());
+    auto const wanted = without_dot_gits(
+        Segments(segments->begin(), segments->begin() + static_cast<std::ptrdiff_t>(common)));
+    if (!begins_with(names, wanted, same_without_case))
         return false;
-    // Whatever page of the forge the rule was copied from: /blob/, /tree/, /commits/, /-/tree/.
-    auto const dash = wanted->size() > kind_at && (*wanted)[kind_at] == "-" ? 1u : 0u;
-    auto const ref = from(*wanted, ref_at + dash);
-    if (ref.empty())
-        return true;
-    switch (world.refs) {
-    case RefMeaning::git:
-        return blocks_ref(ref, from(found, ref_at));
-    case RefMeaning::none: // only the folder after it counts
-        return begins_with(from(found, ref_at + 1), from(ref, 1), same_exactly);
-    case RefMeaning::unknown:
-        break;
-    }
-    return true;
+    // Whatever page of the forge the rule was copied from: /blob/, /tree/, /commits/, /-/tree/, /src/branch/.
+    auto const dash = common < segments->size() && (*segments)[common] == "-" ? 1u : 0u;
+    auto const ref = from(*segments, common + 1 + dash);
+    bool const may_say_kind = !ref.empty() && (ref[0] == "branch" || ref[0] == "tag" || ref[0] == "commit");
+    return blocks_in_repository(ref, world) || (may_say_kind && blocks_in_repository(from(ref, 1), world));
 }
 
 } // namespace

@@ -28,8 +28,9 @@ struct RepositoryPolicy
 // A rule is a URL prefix, compared by segments, so `https://github.com/cyberbotics` does not cover
 // `https://github.com/cyberbotics-evil`. Rule and world are normalised first: percent-encodings
 // decoded, host in lower case and without its usual port, no empty and dot segments, no `.git` after the
-// repository, no query and fragment; `blob` and `tree` are the same. Of a world's `url` the parts are
-// compared that `parse_world_url` finds, since they are what is fetched.
+// repository, no query and fragment; `blob`, `tree`, `src/branch` and the like are the same
+// (core/forge_link). Of a world's `url` the parts are compared that `parse_world_url` finds, since they are
+// what is fetched.
 //
 // `blocks` has to know every way to name a ref that a source understands: one that it does not know is a way
 // around "blockedRepositories". A source that accepts more than `refs/heads/x`, `refs/tags/x`, `HEAD` and
@@ -39,10 +40,12 @@ struct RepositoryPolicy
 /// a plain folder may have one with `https:`.
 struct ForgeOfWorld
 {
-    ForgeOfWorld(std::string_view url, RefMeaning refs) : url(url), refs(refs) {}
+    ForgeOfWorld(std::string_view url, RefMeaning refs) : ForgeOfWorld(url, refs, kind_of_forge(url)) {}
+    ForgeOfWorld(std::string_view url, RefMeaning refs, ForgeKind kind) : url(url), refs(refs), kind(kind) {}
 
     std::string_view url; ///< What `forge_of` found: the owner's name follows that address.
     RefMeaning refs;
+    ForgeKind kind;
 };
 
 /// True when `rule` certainly names the world or something that contains it. Owner and repository are

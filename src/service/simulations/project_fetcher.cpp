@@ -24,19 +24,19 @@ struct ProjectFetcher::Impl
     {}
 
     /// The addresses of all forges.
-    std::vector<std::string> bases() const
+    std::vector<ForgeAddress> bases() const
     {
-        std::vector<std::string> urls;
+        std::vector<ForgeAddress> addresses;
         for (auto const& forge : forges)
-            urls.push_back(forge.url);
-        return urls;
+            addresses.push_back(forge.address);
+        return addresses;
     }
 
     /// By its base URL; `forge_of` and `parse` have made sure that there is one.
     Forge const& forge_at(std::string const& url) const
     {
-        auto const found =
-            std::find_if(forges.begin(), forges.end(), [&](Forge const& forge) { return forge.url == url; });
+        auto const found = std::find_if(forges.begin(), forges.end(),
+                                        [&](Forge const& forge) { return forge.address.url == url; });
         return found == forges.end() ? forges.front() : *found;
     }
 
@@ -107,7 +107,7 @@ result<Forge> ProjectFetcher::forge_of(std::string_view url) const
     auto const base = webots_cloud::forge_of(url, impl_->bases());
     if (!base)
         return base.error();
-    return impl_->forge_at(*base);
+    return impl_->forge_at(base->url);
 }
 
 result<ProjectRef> ProjectFetcher::parse(std::string_view url) const

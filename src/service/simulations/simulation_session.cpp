@@ -500,7 +500,8 @@ result<> SimulationSession::check_policy() const
     auto const forge = context_.fetcher.forge_of(start->url);
     if (!forge)
         return forge.error();
-    core::ForgeOfWorld const place(forge->url, forge->source.get().ref_meaning());
+    core::ForgeOfWorld const place(forge->address.url, forge->source.get().ref_meaning(),
+                                   forge->address.kind);
     if (auto why = core::refusal(context_.policy, start->url, place, context_.load))
         return std::move(*why);
     return {};
@@ -522,7 +523,9 @@ result<> SimulationSession::take_place()
 {
     using Verdict = core::Admission::Verdict;
     if (auto const* start = std::get_if<core::StartMessage>(&request_)) {
-        if (context_.worlds.admit(start->url, world_place_) != core::ClientLimit::Verdict::admitted)
+        auto const world = context_.fetcher.parse(start->url); // of however many links to it
+        if (context_.worlds.admit(world ? world->address() : start->url, world_place_) !=
+            core::ClientLimit::Verdict::admitted)
             return core::refused(core::Refused::world_has_enough,
                                  {{"max", std::to_string(context_.worlds.max())}});
     }

@@ -14,22 +14,43 @@ export const socketToWeb = (url) => url.replace(/^ws/i, 'http');
 
 // Returns {kind: 'session', server, request, world} or {kind: 'simulator', url}; throws an Error whose message can
 // be shown. `ownServer` is the address of the session server that served this page, ending with a slash.
+// A badge, as a README has it, in Markdown or HTML, counts as the link that it is.
 export function parseAddress(text, ownServer) {
   const address = text.trim();
   if (address === '')
     throw new Error(withExpected(say('address.empty')));
+  for (const link of linksIn(address))
+    try {
+      return parseLink(link, ownServer);
+    } catch { /* The picture of a badge is a link, too. */ }
+  return parseLink(address, ownServer);
+}
+
+function parseLink(text, ownServer) {
+  const address = withScheme(text);
   const url = parseUrl(address);
   if (url.protocol === 'ws:' || url.protocol === 'wss:')
-    return simulator(url, address);
+    return asksForWorld(url) ? sessionRequest(parseUrl(socketToWeb(address)), socketToWeb(address)) : simulator(url, address);
   const isWeb = url.protocol === 'http:' || url.protocol === 'https:';
   if (!isWeb && !isFolder(url))
     throw new Error(withExpected(say('address.scheme', { scheme: url.protocol })));
   if (isWeb && /\/session(\.php)?$/.test(url.pathname))
     return sessionRequest(url, address);
+  if (isWeb && /^\/run\/?$/.test(url.pathname) && asksForWorld(url)) // https://webots.cloud/run?version=R2025a&url=<world>
+    return parseLink(worldIn(url, address), ownServer);
   if (isWorld(url.pathname))
     return { kind: 'session', server: ownServer, request: `${ownServer}session?url=${address}`, world: address };
   throw new Error(withExpected(say('address.unknown', { address })));
 }
+
+// [![name](picture)](link), <a href="link"><img src="picture"></a>, <link>, and ":target: link" of reStructuredText.
+function linksIn(text) {
+  const links = text.matchAll(/\]\(\s*<?([^\s<>()]+)|href\s*=\s*["']?([^\s"'<>]+)|^<(\w+:[^\s<>]+)>$|:target:\s*(\S+)/gi);
+  return Array.from(links, (found) => found.slice(1).find((link) => link !== undefined).replaceAll('&amp;', '&'));
+}
+
+// Some browsers show, and let people copy, addresses without "https://".
+const withScheme = (text) => (/^[a-z0-9-]+(\.[a-z0-9-]+)+\//i.test(text) ? `https://${text}` : text);
 
 const withExpected = (problem) => `${problem} ${say('address.expected')}`;
 
@@ -52,14 +73,20 @@ function simulator(url, address) {
   return { kind: 'simulator', url: `${url.protocol}//${url.host}${url.pathname}`.replace(/\/+$/, '') };
 }
 
+const asksForWorld = (url) => /[?&]url=/.test(url.search);
+
 function sessionRequest(url, address) {
-  // Taken literally, as existing clients do: the simulation server expects the text that follows "url=". Only an
-  // address that was encoded as a whole (https%3A%2F%2F..., local%3A%2F...) is decoded.
-  const literal = /[?&]url=([^&#]*)/.exec(address)?.[1] ?? '';
-  const world = /^[a-z][a-z0-9+.-]*%3a/i.test(literal) ? url.searchParams.get('url') : literal;
+  const world = worldIn(url, address);
   if (world === '')
     throw new Error(withExpected(say('address.noWorld', { address })));
   return { kind: 'session', server: sessionServerOf(url), request: address, world };
+}
+
+// Taken literally, as existing clients do: the simulation server expects the text that follows "url=". Only an
+// address that was encoded as a whole (https%3A%2F%2F..., local%3A%2F...) is decoded.
+function worldIn(url, address) {
+  const literal = /[?&]url=([^&#]*)/.exec(address)?.[1] ?? '';
+  return /^[a-z][a-z0-9+.-]*%3a/i.test(literal) ? url.searchParams.get('url') : literal;
 }
 
 // Parses what View.open() takes, on a page at the address `page`. Returns what parseAddress() returns, or
@@ -73,10 +100,8 @@ export function parseViewAddress(text, ownServer, page) {
   if (!/^wss?:/i.test(address))
     return parseAddress(address, ownServer);
   const url = parseUrl(address);
-  if (/[?&]url=/.test(url.search)) // ws://host:port/session?url=<world>, as pages of 2021 have it
-    return sessionRequest(parseUrl(socketToWeb(address)), socketToWeb(address));
-  if (!isWorld(url.pathname))
-    return simulator(url, address);
+  if (asksForWorld(url) || !isWorld(url.pathname)) // ws://host:port/session?url=<world>, as pages of 2021 have it
+    return parseLink(address, ownServer);
   const [, project, file] = /^wss?:\/\/[^/]+\/(.+)\/worlds\/([^/?#]+)$/i.exec(address) ?? []; // sent as it was entered
   if (project === undefined)
     throw new Error(say('address.noProject', { address }));

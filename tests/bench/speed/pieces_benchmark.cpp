@@ -75,7 +75,7 @@ void read_load_report(benchmark::State& state, std::string const& body)
 
 void read_world_url(benchmark::State& state)
 {
-    std::vector<std::string> const forges = {"https://github.com"};
+    std::vector<ForgeAddress> const forges = {"https://github.com"};
     for (auto _ : state)
         DoNotOptimize(parse_world_url(
             "https://github.com/owner/repository/blob/main/projects/robots/worlds/arena.wbt", forges));

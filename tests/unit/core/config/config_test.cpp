@@ -1023,8 +1023,33 @@ BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)
             .value();
     BOOST_TEST(configured.config.forges[0].url == "https://git.example.org");
     BOOST_TEST(configured.config.forges[1].directory == "/etc/w/x");
+    BOOST_TEST((configured.config.forges[0].kind == ForgeKind::unknown));
     BOOST_TEST(!parse_simulation_config(R"({"forges":["ftp://x"]})", "c.json"));
     BOOST_TEST(!parse_simulation_config(R"({"forges":"https://x"})", "c.json"));
+}
+
+BOOST_AUTO_TEST_CASE(a_forge_may_be_said_to_be_of_a_kind)
+{
+    auto const forges = [](std::string_view text) {
+        return parse_simulation_config(core::concat(R"({"server":"h","forges":[)", text, "]}"),
+                                       "/etc/c.json");
+    };
+    auto const server = forges(R"({"url":"https://git.lab.org/","kind":"forgejo"})").value().config.forges[0];
+    BOOST_TEST(server.url == "https://git.lab.org");
+    BOOST_TEST(server.directory.empty());
+    BOOST_TEST((server.kind == ForgeKind::gitea));
+    BOOST_TEST(
+        (forges(R"({"url":"https://git.lab.org"})").value().config.forges[0].kind == ForgeKind::unknown));
+    auto const mirror =
+        forges(R"({"url":"https://git.lab.org","directory":"x","kind":"gitlab"})").value().config.forges[0];
+    BOOST_TEST(mirror.directory == "/etc/x");
+    BOOST_TEST((mirror.kind == ForgeKind::gitlab));
+    BOOST_TEST(forges(R"({"url":"https://git.lab.org","kind":"git"})")
+                   .error()
+                   .message()
+                   .ends_with("expected one of \"github\", \"gitlab\", \"gitea\", \"forgejo\", "
+                              "\"bitbucket\", found the string \"git\""));
+    BOOST_TEST(!forges(R"({"url":"local:","kind":"gitlab"})").has_value());
 }
 
 // Issue 20, items 4 and 5.

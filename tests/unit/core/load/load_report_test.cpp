@@ -163,14 +163,37 @@ BOOST_AUTO_TEST_CASE(projects_that_make_no_sense_are_no_report)
     BOOST_TEST(!with("\"" + std::string(688, 'A') + "\""), "129 digests");
 }
 
+BOOST_AUTO_TEST_CASE(a_world_is_known_by_any_link_to_it)
+{
+    auto const key = world_key("https://github.com/o/r/blob/main/worlds/w.wbt", "x3d");
+    for (auto const* same :
+         {"https://github.com/o/r/tree/main/worlds/w.wbt", "https://github.com/o/r/raw/main/worlds/w.wbt",
+          "https://raw.githubusercontent.com/o/r/main/worlds/w.wbt",
+          "https://github.com/o/r/blob/main/worlds/w.wbt?plain=1#L3"})
+        BOOST_TEST((world_key(same, "x3d") == key), same);
+    for (auto const* sibling :
+         {"https://github.com/o/r/blob/x/worlds/w.wbt", "https://github.com/o/r/raw/main/worlds/x.wbt"}) {
+        BOOST_TEST((world_key(sibling, "x3d").world != key.world), sibling);
+        BOOST_TEST((world_key(sibling, "x3d").repository == key.repository), sibling);
+    }
+    BOOST_TEST((world_key("https://lab.org/o/r/src/tag/v1/worlds/w.wbt", "").world !=
+                world_key("https://lab.org/o/r/src/branch/v1/worlds/w.wbt", "").world));
+}
+
 BOOST_AUTO_TEST_CASE(a_project_is_known_by_its_repository_ref_and_folder)
 {
     std::uint32_t const key = project_key("https://github.com/o/r/blob/main/a/b/worlds/w.wbt");
     BOOST_TEST(key == project_key("https://github.com/o/r", "main/a/b"));
     for (auto const* same : {"https://github.com/o/r/blob/main/a/b/worlds/other.wbt",
                              "https://github.com/o/r/tree/main/a/b/worlds/w.wbt",
+                             "https://github.com/o/r/raw/main/a/b/worlds/w.wbt",
+                             "https://raw.githubusercontent.com/o/r/main/a/b/worlds/w.wbt",
                              "https://github.com/o/r/blob/main/a/%62/worlds/w.wbt?x#y"})
         BOOST_TEST(project_key(same) == key, same);
+    BOOST_TEST(project_key("https://gitlab.com/g/s/r/-/blob/main/a/worlds/w.wbt") ==
+               project_key("https://gitlab.com/g/s/r", "main/a"));
+    BOOST_TEST(project_key("http://localhost:8080/git/o/r/src/tag/v1/worlds/w.wbt") ==
+               project_key("http://localhost:8080/git/o/r", "refs/tags/v1"));
     for (auto const* other :
          {"https://github.com/o/r/blob/main/a/worlds/w.wbt",
           "https://github.com/o/r/blob/dev/a/b/worlds/w.wbt",

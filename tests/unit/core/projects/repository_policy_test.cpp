@@ -282,4 +282,70 @@ BOOST_AUTO_TEST_CASE(others_are_refused_in_the_words_that_browsers_know)
                "\"allowedRepositories\". Its operator can do more.");
 }
 
+// Rules are copied from the pages of forges, as links to worlds are.
+BOOST_AUTO_TEST_CASE(rules_and_links_of_every_forge_name_the_same)
+{
+    ForgeOfWorld const gitlab("https://gitlab.com", RefMeaning::git);
+    ForgeOfWorld const own("https://git.lab.org", RefMeaning::git);
+    struct Case
+    {
+        ForgeOfWorld forge;
+        std::string_view world;
+        std::vector<std::string_view> named_by;
+        std::vector<std::string_view> not_allowed_by;
+    };
+    std::vector<Case> const cases{
+        {github,
+         "https://raw.githubusercontent.com/o/r/main/p/worlds/a.wbt",
+         {"https://github.com/o", "https://github.com/o/r/blob/main",
+          "https://raw.githubusercontent.com/o/r/main", "https://github.com/o/r/raw/main/p"},
+         {"https://github.com/o/r/blob/x", "https://github.com/x",
+          "https://raw.githubusercontent.com/o/r/x"}},
+        {gitlab,
+         "https://gitlab.com/g/s/r/-/blob/main/p/worlds/a.wbt",
+         {"https://gitlab.com/g", "https://gitlab.com/G/s", "https://gitlab.com/g/s/r",
+          "https://gitlab.com/g/s/r.git", "https://gitlab.com/g/s/r/-/tree/main",
+          "https://gitlab.com/g/s/r/blob/main/p"},
+         {"https://gitlab.com/g/s/x", "https://gitlab.com/g/s/r/-/tree/x",
+          "https://gitlab.com/g/s/r/-/tree/main/q", "https://gitlab.com/s", "https://gitlab.com/g/s2"}},
+        {own,
+         "https://git.lab.org/o/r/src/branch/main/p/worlds/a.wbt",
+         {"https://git.lab.org/o", "https://git.lab.org/o/r/src/branch/main",
+          "https://git.lab.org/o/r/src/main", "https://git.lab.org/o/r/blob/main/p",
+          "https://git.lab.org/o/r/raw/branch/main"},
+         {"https://git.lab.org/o/r/src/tag/main", "https://git.lab.org/o/r/src/branch/x"}},
+        {own,
+         "https://git.lab.org/o/r/src/tag/v1/worlds/a.wbt",
+         {"https://git.lab.org/o/r", "https://git.lab.org/o/r/src/tag/v1",
+          "https://git.lab.org/o/r/blob/refs/tags/v1"},
+         {"https://git.lab.org/o/r/src/branch/v1", "https://git.lab.org/o/r/blob/v1"}},
+    };
+    for (auto const& each : cases) {
+        for (auto const rule : each.named_by) {
+            BOOST_TEST(allows(rule, each.world, each.forge), rule << " " << each.world);
+            BOOST_TEST(blocks(rule, each.world, each.forge), rule << " " << each.world);
+            BOOST_TEST(is_on_forge(rule, each.forge.url), rule);
+        }
+        for (auto const rule : each.not_allowed_by)
+            BOOST_TEST(!allows(rule, each.world, each.forge), rule << " " << each.world);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_blocked_branch_is_blocked_in_every_form_of_link)
+{
+    ForgeOfWorld const forge("https://git.lab.org", RefMeaning::git);
+    for (std::string const rule : {"blob/main", "src/branch/main", "src/main", "raw/branch/main",
+                                   "-/tree/main", "commits/branch/main", "src/tag/main", "branch/main"})
+        for (std::string const world :
+             {"blob/main", "src/branch/main", "src/tag/main", "src/main", "raw/branch/main", "-/raw/main",
+              "media/branch/main/p", "src/branch/HEAD"}) {
+            auto const url = "https://git.lab.org/g/r/" + world + "/worlds/a.wbt";
+            BOOST_TEST(blocks("https://git.lab.org/g/r/" + rule, url, forge), rule << " " << world);
+            BOOST_TEST(!blocks("https://git.lab.org/g/x/" + rule, url, forge), rule << " " << world);
+            BOOST_TEST(!blocks("https://git.lab.org/g/r/" + rule + "ly",
+                               "https://git.lab.org/g/r/src/branch/main/worlds/a.wbt", forge),
+                       rule);
+        }
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -259,7 +259,7 @@ BOOST_AUTO_TEST_CASE(without_a_source_for_websites_they_are_refused_and_no_numbe
 BOOST_AUTO_TEST_CASE(only_worlds_of_its_forges_are_understood)
 {
     Fixture fixture;
-    BOOST_TEST(fixture.fetcher.forge_of("https://lab.org/o/r/blob/main/worlds/a.wbt").value().url ==
+    BOOST_TEST(fixture.fetcher.forge_of("https://lab.org/o/r/blob/main/worlds/a.wbt").value().address.url ==
                "https://lab.org");
     BOOST_TEST(fixture.parse("https://lab.org/o/r/blob/main/worlds/a.wbt").forge == "https://lab.org");
     for (std::string const url : {"https://evil.org/o/r/blob/main/worlds/a.wbt",

@@ -250,6 +250,14 @@ BOOST_AUTO_TEST_CASE(a_world_has_a_limit_whoever_starts_it)
     auto& first = fixture.run_one("a");
     BOOST_TEST(fixture.start("b").was_told(
         "loading: Error: This world runs here as often as this server allows (1)."));
+    for (auto const* link : {"https://github.com/o/r/blob/main/worlds/a.wbt?raw=1",
+                             "https://github.com/o/r/tree/m%61in/worlds/a.wbt#L1",
+                             "https://raw.githubusercontent.com/o/r/refs/heads/main/worlds/a.wbt"}) {
+        auto const text = std::string(R"({"start":{"url":")") + link + "\"}}";
+        BOOST_TEST(fixture.say("b", text).was_told(
+                       "loading: Error: This world runs here as often as this server allows (1)."),
+                   link);
+    }
     fixture.leave(first);
     fixture.leave(fixture.run_one("b"));
 }

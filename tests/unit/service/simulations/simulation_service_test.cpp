@@ -452,8 +452,13 @@ BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
     for (auto const& [message, answer] : {
              Case{R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/b.wbt"}})",
                   "loading: Error: b.wbt does not exist."},
-             Case{R"({"start":{"url":"https://github.com/o/r/blob/main/b.wbt"}})",
+             Case{R"({"start":{"url":"https://github.com/o/r/blob/b.wbt"}})",
                   "loading: Error: Wrong Webots simulation URL"},
+             Case{R"({"start":{"url":"https://github.com/o/r/blob/main/b.wbt"}})",
+                  "loading: Error: Missing worlds folder in Webots simulation URL: worlds have to be in a "
+                  "folder \"worlds\", as in worlds/b.wbt"},
+             Case{R"({"start":{"url":"https://github.com/o/r/tree/main/p"}})",
+                  "loading: Error: Wrong Webots simulation URL: it leads to a folder. "},
              Case{R"({"start":{"url":"https://evil.org/o/r/blob/main/worlds/a.wbt"}})",
                   "loading: Error: Unsupported URL protocol: "},
              Case{R"({"start":{"url":"https://github.com/x/r/blob/main/worlds/a.wbt"}})",
