@@ -28,11 +28,16 @@ bool is_harmless_file_name(std::string_view name)
     });
 }
 
-bool is_harmless_folder(std::string_view folder)
+/// The folder below `/usr/local/` that a path relative to it leads to, as Docker resolves it: official
+/// competitions have `../../../usr/local/webots-project/controllers/`.   Empty: it leads elsewhere, or has
+/// characters that mean something to compose.
+std::string harmless_folder(std::string_view folder)
 {
-    auto const parts = split(folder, '/');
-    return !folder.empty() && folder.size() <= 200 && folder.front() != '/' && consists_of(folder, "_.-/") &&
-           std::find(parts.begin(), parts.end(), "..") == parts.end();
+    constexpr std::string_view base = "/usr/local/";
+    if (folder.empty() || folder.size() > 200 || folder.front() == '/' || !consists_of(folder, "_.-/"))
+        return {};
+    auto const path = std::filesystem::path(concat(base, folder)).lexically_normal().string();
+    return path.starts_with(base) ? path.substr(base.size()) : std::string();
 }
 
 /// Of images, displays and devices.
@@ -66,11 +71,11 @@ result<> read_docker_compose(std::string_view line, WebotsYml& yml)
         yml.kind = ComposeTemplate::competition;
     else
         return {};
-    auto const folder = fields.size() < 3 ? std::string_view() : trim(fields[2]);
-    if (!is_harmless_folder(folder))
+    auto folder = harmless_folder(fields.size() < 3 ? std::string_view() : trim(fields[2]));
+    if (folder.empty())
         return refused(Refused::wrong_compose_line, {{"line", printable(trim(line), 100)},
                                                      {"kind", kind == "competition" ? kind : "theia"}});
-    yml.volume = folder;
+    yml.volume = std::move(folder);
     yml.messages.emplace_back(editor_message);
     return {};
 }

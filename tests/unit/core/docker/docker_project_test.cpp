@@ -99,6 +99,23 @@ BOOST_AUTO_TEST_CASE(without_a_line_of_ours_the_default_compose_file_is_used)
     }
 }
 
+BOOST_AUTO_TEST_CASE(a_folder_is_what_its_path_leads_to_below_usr_local)
+{
+    auto const volume = [](std::string const& folder) {
+        auto const yml = parse_webots_yml("dockerCompose: competition:" + folder + "\n");
+        return yml ? yml->volume : "refused";
+    };
+    // As some official competitions have it.
+    BOOST_TEST(volume("../../../usr/local/webots-project/controllers/") == "webots-project/controllers/");
+    BOOST_TEST(volume("../local/webots-project") == "webots-project");
+    BOOST_TEST(volume("a/../b/./c//d") == "b/c/d");
+    BOOST_TEST(volume("../../usr/local/a/..b/") == "a/..b/");
+    for (std::string const folder :
+         {".", "..", "a/..", "a/../../b", "../localx/a", "../../../../etc", "../../usr/local", "../../usr/local/",
+          "../../usr/local/../lib", "/usr/local/webots-project"})
+        BOOST_TEST(volume(folder) == "refused", folder);
+}
+
 BOOST_AUTO_TEST_CASE(a_line_with_too_few_fields_or_a_folder_that_leads_out_is_refused_in_words)
 {
     for (auto const text :
