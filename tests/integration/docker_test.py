@@ -19,6 +19,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, websockets  # noqa: E402
 from support.docker import IMAGES, TEMPLATES, DockerDaemon, compose_command, docker_server  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
+from support.ports import free_port  # noqa: E402
 from support.projects import demo_project  # noqa: E402
 from support.servers import SimulationServer, descendants, main, port_is_free, program, wait_until  # noqa: E402
 
@@ -95,13 +96,16 @@ def guards_of(folder):
     return found
 
 
-class EmptyRegistry(http.server.BaseHTTPRequestHandler):
+class Registry(http.server.BaseHTTPRequestHandler):
+    """Has no images, and says so with this status and this code."""
     protocol_version = "HTTP/1.1"
+    refusal = (404, "MANIFEST_UNKNOWN")
 
     def do_GET(self):
         known = self.path == "/v2/"
-        body = b"{}" if known else b'{"errors":[{"code":"MANIFEST_UNKNOWN","message":"manifest unknown","detail":{"Tag":"R2025a"}}]}'
-        self.send_response(200 if known else 404)
+        status, code = (200, "") if known else self.refusal
+        body = json.dumps({} if known else {"errors": [{"code": code, "message": code.lower(), "detail": {"Tag": "R2025a"}}]}).encode()
+        self.send_response(status)
         self.send_header("Content-Type", "application/json")
         self.send_header("Docker-Distribution-Api-Version", "registry/2.0")
         self.send_header("Content-Length", str(len(body)))
@@ -113,6 +117,19 @@ class EmptyRegistry(http.server.BaseHTTPRequestHandler):
 
     def log_message(self, *_):
         pass
+
+
+@contextlib.contextmanager
+def registry(*refusal):
+    """The address of a registry that refuses like this."""
+    handler = type("Refusing", (Registry,), {"refusal": refusal or Registry.refusal})
+    running = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    threading.Thread(target=running.serve_forever, daemon=True).start()
+    try:
+        yield f"127.0.0.1:{running.server_address[1]}"
+    finally:
+        running.shutdown()
+        running.server_close()
 
 
 class Docker(unittest.IsolatedAsyncioTestCase):
@@ -413,20 +430,29 @@ class Docker(unittest.IsolatedAsyncioTestCase):
             self.check_clean(simulation)
 
     async def test_an_image_that_no_registry_has_is_named(self):
-        registry = http.server.ThreadingHTTPServer(("127.0.0.1", 0), EmptyRegistry)
-        threading.Thread(target=registry.serve_forever, daemon=True).start()
-        try:
-            with server(dockerImages=f"127.0.0.1:{registry.server_address[1]}/webots") as simulation:
+        with registry() as address, server(dockerImages=f"{address}/webots") as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start(world("robots"))
+                await browser.hear_all()
+                self.assertEqual(browser.told[-1], "loading: Error: Image version R2025a not available on Cyberbotics' dockerHub. "
+                                                   "Please, add the appropriate Dockerfile to your project.", browser.told)
+                self.assertEqual(len([text for text in browser.told if text.startswith("loading: Error: ")]), 1)
+            self.check_clean(simulation)
+
+    async def test_an_image_that_a_registry_does_not_give_is_refused_with_its_reason(self):
+        cases = {(429, "TOOMANYREQUESTS"): "toomanyrequests", (401, "UNAUTHORIZED"): "unauthorized",
+                 (500, "UNKNOWN"): "received unexpected HTTP status: 500 Internal Server Error", None: "connection refused"}
+        for refusal, reason in cases.items():
+            with self.subTest(reason), contextlib.ExitStack() as stack:
+                address = stack.enter_context(registry(*refusal)) if refusal else f"127.0.0.1:{free_port()}"
+                simulation = stack.enter_context(server(dockerImages=f"{address}/webots"))
                 async with Browser(simulation) as browser:
                     await browser.start(world("robots"))
                     await browser.hear_all()
-                    self.assertEqual(browser.told[-1], "loading: Error: Image version R2025a not available on Cyberbotics' dockerHub. "
-                                                       "Please, add the appropriate Dockerfile to your project.", browser.told)
-                    self.assertEqual(len([text for text in browser.told if text.startswith("loading: Error: ")]), 1)
+                    self.assertTrue(browser.told[-1].startswith("loading: Error: Unable to start Webots: "), browser.told)
+                    self.assertIn("before the world was loaded: The image can't be fetched: ", browser.told[-1])
+                    self.assertTrue(browser.told[-1].endswith(reason), browser.told)
                 self.check_clean(simulation)
-        finally:
-            registry.shutdown()
-            registry.server_close()
 
     async def test_the_browser_hears_when_the_container_ends(self):
         with server() as simulation:

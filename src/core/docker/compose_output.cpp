@@ -35,6 +35,30 @@ std::string_view without_control_sequences(std::string_view line)
     return line;
 }
 
+/// `RUN` for `Step 3/7 : RUN make`; empty for what begins no step.
+std::string_view instruction_of(std::string_view line)
+{
+    constexpr std::string_view mark = " : ";
+    auto const found = line.find(mark);
+    if (!line.starts_with("Step ") || found == std::string_view::npos)
+        return {};
+    auto const instruction = trim(line.substr(found + mark.size()));
+    return instruction.substr(0, instruction.find(' '));
+}
+
+/// By the kernel, which lacked memory, or by us.
+bool says_step_was_killed(std::string_view line)
+{
+    return line.ends_with("returned a non-zero code: 137"); // 128 + SIGKILL
+}
+
+/// What compose 1 says last, after the line that says why.
+bool says_only_that_it_failed(std::string_view line)
+{
+    return line.ends_with("failed to build : Build failed") ||
+           line.ends_with("Encountered errors while bringing up the project.");
+}
+
 } // namespace
 
 ComposeLine parse_compose_line(std::string_view line, std::string_view project)
@@ -72,14 +96,25 @@ std::string without_project(std::string_view text, std::string_view project)
     return told.append(text);
 }
 
-bool says_step_was_killed(std::string_view line)
+void StartWords::of_compose(std::string_view line)
 {
-    return trim(line).ends_with("returned a non-zero code: 137"); // 128 + SIGKILL
+    line = trim(line);
+    if (auto const instruction = instruction_of(line); !instruction.empty()) {
+        words_ = LastWords();
+        fetches_ = instruction == "FROM";
+    } else if (says_step_was_killed(line)) {
+        words_.add(concat("A step of the build failed, since it was killed: each may use as much memory as a "
+                          "simulation. ",
+                          line));
+    } else if (!says_only_that_it_failed(line)) {
+        words_.add(line);
+    }
 }
 
-bool is_build_summary(std::string_view line)
+std::string StartWords::text() const
 {
-    return trim(line).ends_with("failed to build : Build failed");
+    auto const& text = words_.text();
+    return fetches_ && !text.empty() ? concat("The image can't be fetched: ", text) : text;
 }
 
 bool says_image_is_missing(std::string_view line, std::string_view image)

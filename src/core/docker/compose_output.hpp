@@ -2,6 +2,8 @@
 // section 6.4).
 #pragma once
 
+#include "core/simulation/last_words.hpp"
+
 #include <string>
 #include <string_view>
 
@@ -37,11 +39,23 @@ bool is_progress(std::string_view line);
 /// told who could build an image from them.
 std::string without_project(std::string_view text, std::string_view project);
 
-/// Whether compose reports that a step of a build was killed: by the kernel, which lacked memory, or by us.
-bool says_step_was_killed(std::string_view line);
+/// Keeps the line that says best why a start has failed. Where a step of a build begins, all before it went
+/// well: what was said until then, such as warnings of a package manager, explains nothing any more. So the
+/// engine's own words are found even if they are as short as "unauthorized".
+class StartWords
+{
+public:
+    /// A line of compose or of a build.
+    void of_compose(std::string_view line);
+    void of_simulator(std::string_view line) { words_.add(line); }
 
-/// Whether compose reports only that a build has failed, after a line that says why.
-bool is_build_summary(std::string_view line);
+    /// Empty: nothing was said.
+    std::string text() const;
+
+private:
+    LastWords words_;
+    bool fetches_ = false; ///< The step is FROM.
+};
 
 /// Whether compose reports that `image` does not exist. A build may lack other things too.
 bool says_image_is_missing(std::string_view line, std::string_view image);

@@ -10,7 +10,6 @@
 #include "core/docker/line_budget.hpp"
 #include "core/refusals.hpp"
 #include "core/sandbox/limits.hpp"
-#include "core/simulation/last_words.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/output_budget.hpp"
 #include "core/simulation/port_pool.hpp"
@@ -161,7 +160,6 @@ private:
     void on_output(std::string_view bytes);
     void on_line(std::string_view line);
     void on_webots_line(std::string_view line);
-    void note_words_of_compose(std::string_view line);
     void on_container_end(std::string_view line);
     void on_exit(ExitStatus status, ProcessUsage const& usage);
     void show_progress(std::string_view text);
@@ -196,7 +194,7 @@ private:
     core::OutputBudget budget_;
     TimePoint read_at_;          ///< When more output may be read.
     TimePoint output_came_;      ///< When the last of it came.
-    core::LastWords last_words_; ///< What it printed last before it was ready.
+    core::StartWords start_words_; ///< Of what was printed before it was ready.
     std::deque<SimulationEvent> events_;
     core::LineBudget progress_budget_;
     SimulationEnded ended_; ///< Once it has ended.
@@ -393,28 +391,17 @@ void RunningSimulation::on_line(std::string_view line)
         on_container_end(line);
     if (source != compose || state_.was_ready())
         return;
-    note_words_of_compose(line);
+    start_words_.of_compose(core::without_project(line, plan_.project)); // it may say why nothing starts
     state_.start_goes_on(clock_.now());
     if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
         stop(core::missing_image(plan_.image));
-}
-
-/// One of its lines may say why nothing starts.
-void RunningSimulation::note_words_of_compose(std::string_view line)
-{
-    constexpr std::string_view killed =
-        "A step of the build failed, since it was killed: each may use as much memory as a simulation. ";
-    if (core::is_build_summary(line))
-        return;
-    last_words_.add(
-        concat(core::says_step_was_killed(line) ? killed : "", core::without_project(line, plan_.project)));
 }
 
 /// The simulator has ended, and other containers keep compose running.
 void RunningSimulation::on_container_end(std::string_view line)
 {
     auto const how = concat("it", core::printable(line.substr(line.rfind(" exited with code ")), 60));
-    stop(state_.end_reason(how, how == "it exited with code 0", last_words_.text()));
+    stop(state_.end_reason(how, how == "it exited with code 0", start_words_.text()));
 }
 
 /// Shows the browser a line while it waits.
@@ -463,7 +450,7 @@ void RunningSimulation::on_webots_line(std::string_view line)
         break;
     case core::OutputLine::other:
         if (!state_.was_ready())
-            last_words_.add(line);
+            start_words_.of_simulator(line);
         if (passed_on)
             log_.debug(concat("[", label_, "] webots: ", core::printable(line)));
     }
@@ -555,7 +542,7 @@ void RunningSimulation::on_exit(ExitStatus status, ProcessUsage const& usage)
     note_lines_left_out();
     ended_.status = status;
     ended_.was_ready = state_.was_ready();
-    ended_.reason = state_.end_reason(describe(status), status == ExitStatus(0, false), last_words_.text());
+    ended_.reason = state_.end_reason(describe(status), status == ExitStatus(0, false), start_words_.text());
     state_.exited();
 }
 

@@ -3,6 +3,8 @@
 #include "core/docker/compose_output.hpp"
 
 #include <ostream>
+#include <string>
+#include <vector>
 
 using namespace webots_cloud::core;
 
@@ -19,6 +21,14 @@ using Source = ComposeLine::Source;
 bool reads(std::string_view line, Source source, std::string_view text)
 {
     return parse_compose_line(line, project) == ComposeLine(source, text);
+}
+
+std::string why_failed(std::vector<std::string> const& lines)
+{
+    StartWords words;
+    for (auto const& line : lines)
+        words.of_compose(line);
+    return words.text();
 }
 
 } // namespace
@@ -95,12 +105,56 @@ BOOST_AUTO_TEST_CASE(an_image_that_does_not_exist_is_told_from_other_things_that
         says_image_is_missing("docker.io/cyberbotics/webots.cloud:R2099a-ubuntu22.04: not found", image));
     BOOST_TEST(says_image_is_missing("manifest unknown", image)); // as some registries say, and no more
     BOOST_TEST(!says_image_is_missing("make: g++: command not found", image));
-    BOOST_TEST(is_build_summary("ERROR: Service 'webots' failed to build : Build failed\r"));
-    BOOST_TEST(!is_build_summary(
-        "ERROR: Service 'webots' failed to build: The command 'x' returned a non-zero code: 1"));
-    BOOST_TEST(says_step_was_killed("ERROR: Service 'webots' failed to build: The command '/bin/sh -c x' "
-                                    "returned a non-zero code: 137\r"));
-    BOOST_TEST(!says_step_was_killed("The command '/bin/sh -c x' returned a non-zero code: 1"));
+}
+
+BOOST_AUTO_TEST_CASE(of_an_image_that_cannot_be_fetched_the_engines_own_words_are_the_reason)
+{
+    // Each as docker 20.10 prints it where a registry answers with 429, 401, 403, 500, or is not there.
+    for (std::string const reason :
+         {"toomanyrequests: You have reached your pull rate limit.", "unauthorized", "denied",
+          "error parsing HTTP 429 response body: invalid character 's' looking for beginning of value: \"s\"",
+          "Head \"http://127.0.0.1:5000/v2/webots/manifests/R2025a\": no basic auth credentials",
+          "received unexpected HTTP status: 500 Internal Server Error",
+          "Get \"http://127.0.0.1:9/v2/\": dial tcp 127.0.0.1:9: connect: connection refused"}) {
+        BOOST_TEST(why_failed({"Step 1/9 : ARG WEBOTS_DEFAULT_IMAGE", "Step 2/9 : FROM ${WEBOTS_DEFAULT_IMAGE}",
+                               reason, "Service 'webots' failed to build : Build failed\r"}) ==
+                   "The image can't be fetched: " + reason);
+        // The image of the participant, after that of the simulator.
+        BOOST_TEST(why_failed({"Step 8/9 : RUN apt-get install x",
+                               "debconf: unable to initialize frontend: Dialog", " ---> 0123456789ab",
+                               "Step 9/9 : LABEL a=b", "Successfully built 0123456789ab", "Building controller",
+                               "Step 1/3 : FROM x/y:1", "1: Pulling from x/y", reason}) ==
+                   "The image can't be fetched: " + reason);
+        // That of the editor, which is not built.
+        BOOST_TEST(why_failed({"Step 8/9 : RUN make", "make: warning: no such file: ignored",
+                               "Step 9/9 : LABEL a=b", "Successfully tagged simulation_webots:latest",
+                               "Pulling theia (x/y:1)...", reason}) == reason);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(of_a_step_that_fails_its_last_error_is_the_reason_and_of_a_container_the_engines)
+{
+    BOOST_TEST(why_failed({}) == "");
+    BOOST_TEST(why_failed({"Step 1/9 : FROM x"}) == "");
+    BOOST_TEST(why_failed({"Step 3/9 : RUN make || echo failed", " ---> Running in 0123456789ab",
+                           "a.c:1: error: x", "make: [a.o] 1",
+                           "The command '/bin/sh -c make' returned a non-zero code: 2",
+                           "ERROR: Service 'webots' failed to build : Build failed"}) == "a.c:1: error: x");
+    BOOST_TEST(why_failed({"Step 3/9 : RUN false", "The command '/bin/sh -c false' returned a non-zero code: 1",
+                           "Service 'webots' failed to build : Build failed"}) ==
+               "The command '/bin/sh -c false' returned a non-zero code: 1");
+    auto const killed = why_failed({"Step 3/9 : RUN x", "The command 'x' returned a non-zero code: 137\r"});
+    BOOST_TEST(killed.starts_with("A step of the build failed, since it was killed: "));
+    BOOST_TEST(killed.ends_with(" The command 'x' returned a non-zero code: 137"));
+    BOOST_TEST(why_failed({"Step 9/9 : LABEL a=b", "Creating simulation_webots_1 ... error",
+                           "ERROR: for webots  Cannot start service webots: no such device",
+                           "Encountered errors while bringing up the project."}) ==
+               "ERROR: for webots  Cannot start service webots: no such device");
+    StartWords words;
+    words.of_compose("Attaching to webots_1");
+    words.of_simulator("webots: fatal");
+    words.of_compose("Stopping webots_1 ... done");
+    BOOST_TEST(words.text() == "webots: fatal");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -31,6 +31,13 @@ BOOST_AUTO_TEST_CASE(without_an_error_the_last_line_that_is_not_blank_is_quoted)
     BOOST_TEST(last_words(" \n") == "");
 }
 
+BOOST_AUTO_TEST_CASE(a_default_is_no_fault)
+{
+    BOOST_TEST(last_words("Step 2/9 : FROM ${WEBOTS_DEFAULT_IMAGE}\nunauthorized") == "unauthorized");
+    BOOST_TEST(last_words("Segmentation fault (core dumped)\nbye") == "Segmentation fault (core dumped)");
+    BOOST_TEST(last_words("webots-bin[7]: segfault at 0\nbye") == "webots-bin[7]: segfault at 0");
+}
+
 BOOST_AUTO_TEST_CASE(long_lines_are_cut_where_they_are_kept)
 {
     LastWords words;
