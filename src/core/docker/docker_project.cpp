@@ -19,12 +19,13 @@
 namespace webots_cloud::core {
 namespace {
 
-/// Nothing that ends a quoted value, or means something to compose or to those who split command lines.
+/// Nothing that means something between quotes: neither in `.env`, where compose looks for `$`, `\` and `"`,
+/// nor to those who split command lines.
 bool is_harmless_file_name(std::string_view name)
 {
     return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
         return is_letter(c) || is_digit(c) || static_cast<unsigned char>(c) >= 0x80 ||
-               std::string_view(" _.-+@,()=").find(c) != std::string_view::npos;
+               std::string_view(" _.-+@,()='&#[]%!").find(c) != std::string_view::npos;
     });
 }
 
@@ -46,10 +47,14 @@ bool is_harmless_name(std::string_view text)
     return text.size() <= 300 && consists_of(text, "_.-/:@");
 }
 
+/// One word of a command line within a value in double quotes.
 std::string quoted_world_path(std::string_view world)
 {
     auto const path = concat(project_in_container, "/worlds/", world);
-    return consists_of(world, "_.-") ? path : concat("'", path, "'");
+    if (consists_of(world, "_.-"))
+        return path;
+    std::string_view const quote = world.find('\'') == std::string_view::npos ? "'" : "\\\"";
+    return concat(quote, path, quote);
 }
 
 std::string webots_in_container_command(DockerEnvironment const& environment)

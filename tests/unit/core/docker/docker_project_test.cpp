@@ -111,8 +111,8 @@ BOOST_AUTO_TEST_CASE(a_folder_is_what_its_path_leads_to_below_usr_local)
     BOOST_TEST(volume("a/../b/./c//d") == "b/c/d");
     BOOST_TEST(volume("../../usr/local/a/..b/") == "a/..b/");
     for (std::string const folder :
-         {".", "..", "a/..", "a/../../b", "../localx/a", "../../../../etc", "../../usr/local", "../../usr/local/",
-          "../../usr/local/../lib", "/usr/local/webots-project"})
+         {".", "..", "a/..", "a/../../b", "../localx/a", "../../../../etc", "../../usr/local",
+          "../../usr/local/", "../../usr/local/../lib", "/usr/local/webots-project"})
         BOOST_TEST(volume(folder) == "refused", folder);
 }
 
@@ -192,10 +192,24 @@ BOOST_AUTO_TEST_CASE(a_world_with_spaces_is_one_argument)
     BOOST_TEST(env_line(values, "WEBOTS").ends_with("'/usr/local/webots-project/worlds/my world (2).wbt'\""));
 }
 
+// Compose reads them, and splits the command, in docker_test.
+BOOST_AUTO_TEST_CASE(what_means_nothing_between_quotes_may_be_in_the_name_of_a_world)
+{
+    auto values = environment();
+    values.world = "R&D [50%] #1!.wbt";
+    BOOST_TEST(
+        env_line(values, "WEBOTS").ends_with(" '/usr/local/webots-project/worlds/R&D [50%] #1!.wbt'\""));
+    values.world = "it's 'mine' #1.wbt";
+    BOOST_TEST(
+        env_line(values, "WEBOTS").ends_with(R"( \"/usr/local/webots-project/worlds/it's 'mine' #1.wbt\"")"));
+    values.world = "a'.wbt";
+    BOOST_TEST(env_line(values, "WEBOTS").ends_with(R"( \"/usr/local/webots-project/worlds/a'.wbt\"")"));
+}
+
 BOOST_AUTO_TEST_CASE(no_value_adds_a_line_or_leaves_its_quotes)
 {
-    for (auto const world :
-         {"a\nIMAGE=evil.wbt", "a\".wbt", "a'.wbt", "$(id).wbt", "`id`.wbt", "a\\.wbt", "a#.wbt", "a;.wbt"}) {
+    for (auto const world : {"a\nIMAGE=evil.wbt", "a\".wbt", "a'\".wbt", "'; id.wbt", "$(id).wbt",
+                             "a'${PATH}.wbt", "`id`.wbt", "a\\.wbt", "a'\\.wbt", "a;.wbt", "a\t.wbt"}) {
         auto values = environment();
         values.world = world;
         BOOST_TEST(env_line(values, "WEBOTS").starts_with("The name of the world file has characters"),
