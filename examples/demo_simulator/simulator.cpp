@@ -304,7 +304,15 @@ void Simulator::broadcast(std::string text, bool is_state)
             audience_.send(id, shared, is_state);
 }
 
-/// A line of a robot: goes to the browsers' consoles.
+std::vector<std::string> Simulator::extern_robots() const
+{
+    std::vector<std::string> names;
+    for (auto const& robot : arena_->world().robots)
+        if (robot.controller == "<extern>")
+            names.push_back(robot.name);
+    return names;
+}
+
 void Simulator::say(std::string const& line)
 {
     if (options_.echo_console)

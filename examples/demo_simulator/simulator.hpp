@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::demo {
 
@@ -67,6 +68,12 @@ public:
     /// Draws the present state; announces its time to every client. Only after load().
     std::string draw_picture();
 
+    /// A line of a robot: goes to the browsers' consoles.
+    void say(std::string const& line);
+
+    /// Names of the robots whose controllers somebody else starts. Only after load().
+    std::vector<std::string> extern_robots() const;
+
     /// The folder that holds the folder of the world.
     std::filesystem::path project_root() const;
 
@@ -97,7 +104,6 @@ private:
     void send_world(ClientId client);
     void send(ClientId client, std::string text);
     void broadcast(std::string text, bool is_state = false);
-    void say(std::string const& line);
     void log(std::string const& line);
     void publish_state();
     void set_mode(Mode mode);

@@ -32,8 +32,9 @@ std::string part(std::string const& jpeg)
 } // namespace
 
 StreamingServer::StreamingServer(asio::io_context& context, Options const& options)
-    : context_(context), options_(options), simulator_(options, *this, print_line), acceptor_(context),
-      accept_pause_(context), tick_timer_(context), picture_timer_(context)
+    : context_(context), options_(options), simulator_(options, *this, print_line),
+      extern_consoles_(context, [this](std::string const& line) { simulator_.say(line); }),
+      acceptor_(context), accept_pause_(context), tick_timer_(context), picture_timer_(context)
 {}
 
 bool StreamingServer::bind(tcp::endpoint const& endpoint, error_code& error)
@@ -76,6 +77,12 @@ void StreamingServer::listen()
     }
     throw std::runtime_error("cannot listen on port " + std::to_string(options_.port) + ": " +
                              error.message());
+}
+
+void StreamingServer::load()
+{
+    simulator_.load();
+    extern_consoles_.open(simulator_.extern_robots(), endpoint().port());
 }
 
 void StreamingServer::accept()

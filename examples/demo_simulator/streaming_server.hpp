@@ -2,6 +2,7 @@
 
 #include "command_line.hpp"
 #include "connection.hpp"
+#include "extern_consoles.hpp"
 #include "simulator.hpp"
 
 #include <boost/asio/io_context.hpp>
@@ -31,7 +32,7 @@ public:
     void listen();
 
     /// Loads the world. Throws std::runtime_error with a sentence.
-    void load() { simulator_.load(); }
+    void load();
 
     boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
     bool is_running() const { return simulator_.is_running(); }
@@ -69,6 +70,7 @@ private:
     boost::asio::io_context& context_;
     Options const& options_;
     Simulator simulator_;
+    ExternConsoles extern_consoles_;
     boost::asio::ip::tcp::acceptor acceptor_;
     boost::asio::steady_timer accept_pause_;
     std::shared_ptr<int> connections_ = std::make_shared<int>(0);

@@ -65,6 +65,12 @@ def connect(simulator):
     return websockets.connect(f'ws://127.0.0.1:{simulator.port}/', max_size=None, max_queue=None, ping_interval=None)
 
 
+WITH_EXTERN = """#VRML_SIM R2025a utf8
+E-puck { name "participant" controller "<extern>" }
+E-puck { name "../x" controller "<extern>" }
+"""
+
+
 class Pictures:
     """`GET /mjpeg`: the parts of the answer, one by one."""
 
@@ -347,6 +353,24 @@ class Scene(Case):
                 await self.join(other)
                 self.assertRegex(await other.receive(), r'^stdout:robot ')
         simulator.lines_until(line.removeprefix('stdout:').encode())
+
+    async def test_what_an_extern_controller_prints_is_in_the_console(self):
+        user = f'demo_{os.getpid()}'
+        self.addCleanup(shutil.rmtree, f'/tmp/webots/{user}', ignore_errors=True)
+        with tempfile.NamedTemporaryFile('w', suffix='.wbt') as world:
+            world.write(WITH_EXTERN)
+            world.flush()
+            simulator = self.simulator('--stream', world=world.name, environment={'USER': user})
+        robots = f'/tmp/webots/{user}/{simulator.port}/ipc'
+        self.assertEqual(os.listdir(robots), ['participant'])
+        async with connect(simulator) as ws:
+            browser = Browser(ws)
+            await self.join(browser)
+            for said in ('first', 'second'):  # the next one, when the first has left
+                with socket.socket(socket.AF_UNIX) as controller:
+                    controller.connect(f'{robots}/participant/extern')
+                    controller.sendall(f'{said} \xff\n'.encode('latin-1') + 10000 * b'x')
+                    self.assertEqual(await browser.until(f'stdout:{said}'), f'stdout:{said} ?')
 
     async def test_messages_for_robots(self):
         simulator = self.simulator()

@@ -13,7 +13,7 @@ TEMPLATES = os.path.join(os.path.dirname(__file__), "..", "..", "config", "simul
 VALUES = {"IMAGE", "PROJECT_PATH", "MAKE", "PORT", "COMPOSE_PROJECT_NAME", "WEBOTS", "DISPLAY", "SERVER", "RUNTIME", "GRAPHICS_DEVICE",
           "PORT_PREFIX"}
 EDITOR_VALUES = {"THEIA_VOLUME", "THEIA_PORT"}
-IPC = "ipc:/tmp/webots-${PORT}/ipc/participant"
+IPC = ("/tmp/webots-${PORT}/ipc/participant", "/tmp/webots/root/${PORT}/ipc/participant")
 
 
 def read(name):
@@ -55,20 +55,23 @@ class Templates(unittest.TestCase):
                 given = re.findall(r"(?m)^        (\w+): \$\{\w+\}$", services(kind)["webots"])
                 self.assertEqual(sorted(given), sorted(asked))
 
-    def test_an_editor_shares_the_project_with_the_simulator(self):
-        for kind in ("theia", "competition"):
+    def test_an_editor_shows_the_folder_of_the_simulator_or_of_the_participant_alone(self):
+        for kind, owner in (("theia", "webots"), ("competition", "controller")):
             with self.subTest(kind):
                 self.assertIn('      - "${PORT_PREFIX}${THEIA_PORT}:3000"\n', services(kind)["theia"])
-                self.assertIn("      - project:/home/project/${THEIA_VOLUME}\n", services(kind)["theia"])
-                self.assertIn("      - project:/usr/local/${THEIA_VOLUME}\n", services(kind)["webots"])
+                self.assertIn("      - project:/home/project/webots-project\n", services(kind)["theia"])
+                self.assertIn("      - project:/usr/local/${THEIA_VOLUME}\n", services(kind)[owner])
+        self.assertNotIn("project:", services("competition")["webots"].replace("webots-project:", ""))
 
     def test_the_controller_of_a_competition_reaches_the_simulator(self):
         both = services("competition")
         for service in ("webots", "controller"):
-            self.assertIn(f"      - {IPC}\n", both[service])
-            self.assertIn("      - project:/usr/local/${THEIA_VOLUME}\n", both[service])
-        self.assertIn("        WEBOTS_CONTROLLER_URL: participant\n", both["controller"])
-        self.assertIn("      PORT: ${PORT}\n", both["controller"])
+            for folder in IPC:
+                self.assertIn(f"      - ipc:{folder}\n", both[service])
+            self.assertIn("      USER: root\n", both[service], "a part of one of these folders")
+        for line in ("        WEBOTS_CONTROLLER_URL: participant\n", "        PROJECT_PATH: ${PROJECT_PATH}\n", "      PORT: ${PORT}\n",
+                     "      WEBOTS_STDOUT_REDIRECT: 1\n", "      WEBOTS_STDERR_REDIRECT: 1\n", "    tty: true\n"):
+            self.assertIn(line, both["controller"])
 
     def test_the_list_of_system_calls_makes_no_namespaces_and_no_sockets_to_other_machines_but_of_the_internet(self):
         calls = json.loads(read("seccomp.json"))

@@ -14,10 +14,11 @@ import sys
 import tempfile
 import threading
 import unittest
+import urllib.parse
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, websockets  # noqa: E402
-from support.docker import IMAGES, TEMPLATES, DockerDaemon, compose_command, docker_server  # noqa: E402
+from support.docker import IMAGES, TEMPLATES, DockerDaemon, compose_command, docker_server, python_files  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.projects import demo_project  # noqa: E402
@@ -26,6 +27,10 @@ from support.servers import SimulationServer, descendants, main, port_is_free, p
 EDITOR = "benjamindeleze/theia-test:test3"
 CREATING = ("loading: Creating", "loading: Network ", "loading: Container ")  # compose 1, compose 2 with networks and without
 NOTHING = {"containers": [], "networks": [], "volumes": []}
+
+# In an image: where Webots has its own, the one of the tests.
+CONTROLLER_LIBRARY = {f"/usr/local/webots/lib/controller/python/controller/{name}": os.path.join(os.path.dirname(__file__), "../support/controller_library", name)
+                      for name in ("__init__.py", "wb.py")}
 
 # Containers and the like of somebody else, which must not be touched.
 STRANGER = ["run", "--detach", "--network", "none", "--name", "stranger", "--label", "com.docker.compose.project=blog"]
@@ -40,7 +45,9 @@ def setUpModule():
     git = stack.enter_context(GitServer())
     docker = stack.enter_context(DockerDaemon())
     docker.import_image(f"{IMAGES}:R2025a-ubuntu22.04", {"/usr/local/webots/webots": simulator}, ["/bin/sh", "/bin/sleep", "/bin/false"])
-    docker.import_image(EDITOR, {}, ["/bin/sleep"])
+    python = python_files("glob", "select", "signal", "socket", "subprocess", "tempfile", "traceback", "types")
+    docker.import_image(f"{IMAGES}:R2025a-python", {"/usr/local/webots/webots": simulator, **CONTROLLER_LIBRARY}, ["/bin/sh", "/bin/sleep", *python])
+    docker.import_image(EDITOR, {}, ["/bin/sleep", "/bin/ls"])
     robots = demo_project()
     del robots["webots.yml"]
     git.add_repository("o", "robots", robots)
@@ -48,7 +55,7 @@ def setUpModule():
                                     "webots.yml": "publish: true\ntype: demo\n"})
     git.add_repository("o", "fields", {**robots, "webots.yml": "dockerCompose:theia\n"})
     git.add_repository("o", "theia", {**robots, "webots.yml": "dockerCompose:theia:webots-project/controllers/\n"})
-    git.add_repository("o", "competition", {**robots, **competition(f"FROM {IMAGES}:R2025a-ubuntu22.04\n")})
+    git.add_repository("o", "competition", {**robots, **competition(f"FROM {IMAGES}:R2025a-ubuntu22.04\nCMD [\"/bin/sleep\", \"1000\"]\n")})
     git.add_repository("o", "deep", {**{os.path.join("projects/robots", name): content for name, content in robots.items()},
                                      "webots.yml": "dockerCompose:theia:webots-project/controllers/\n",
                                      "projects/robots/webots.yml": "type: demo\n"})
@@ -76,6 +83,46 @@ def setUpModule():
 def competition(dockerfile):
     return {"webots.yml": "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n",
             "controllers/Dockerfile": dockerfile}
+
+
+# A participant as official competitions have them: the Dockerfile in their words, with its entry point or without one.
+PARTICIPANT_IMAGE = f"""# Based on the organizers' image.
+FROM {IMAGES}:R2025a-python
+ENV WEBOTS_HOME=/usr/local/webots
+
+ENV PYTHONPATH=${{WEBOTS_HOME}}/lib/controller/python
+ENV PYTHONIOENCODING=UTF-8
+ENV LD_LIBRARY_PATH=${{WEBOTS_HOME}}/lib/controller:${{LD_LIBRARY_PATH}}
+ARG WEBOTS_CONTROLLER_URL
+ENV WEBOTS_CONTROLLER_URL=${{WEBOTS_CONTROLLER_URL}}
+ARG PROJECT_PATH
+
+COPY . ${{PROJECT_PATH}}/controllers
+WORKDIR ${{PROJECT_PATH}}/controllers/participant
+"""
+PARTICIPANT = """from controller import Robot
+
+robot = Robot()
+print("I walk the line")
+while robot.step(100) != -1:
+    %s
+"""
+DUEL = """#VRML_SIM R2025a utf8
+WorldInfo { title "Duel" }
+RectangleArena { floorSize 2 2 }
+E-puck { translation -0.4 0 0 name "participant" controller "participant" }
+E-puck { translation 0.4 0 0 name "opponent" controller "opponent" }
+"""
+
+
+def official_competition(dockerfile, then="pass"):
+    """The tree of an official competition; `then`: what its participant does in each step."""
+    return {"webots.yml": "publish: true\ntype: competition\nworld:\n  file: worlds/duel.wbt\n  max-duration: 30\n  metric: ranking\n"
+                          "dockerCompose: competition:../../../usr/local/webots-project/controllers/\n",
+            "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nCOPY . /usr/local/webots-project\n", "worlds/duel.wbt": DUEL,
+            "controllers/Dockerfile": dockerfile, "controllers/participant/participant.py": PARTICIPANT % then,
+            "controllers/participant/participant.json": '{"name": "Nobody", "programming": "Python"}\n',
+            "controllers/opponent/opponent.py": "", "controllers/referee/referee.py": "secret = 1\n"}
 
 
 def world(repository, file="arena.wbt", folder=""):
@@ -301,6 +348,34 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 wait_until(lambda: self.containers_of("controller") == [controller], "the controller is another one")
             self.check_clean(simulation)
 
+    async def test_a_participant_of_an_official_competition_prints_in_the_browser(self):
+        cases = {"entry": ("ENTRYPOINT python3 participant.py\n", "pass", "stdout:I walk the line"),
+                 "none": ("", "pass", "stdout:I walk the line"),
+                 "crash": ("", "raise KeyError(robot.step(1))", "stdout:KeyError: 0")}
+        for name, (more, then, printed) in cases.items():
+            git.add_repository("o", f"duel-{name}", official_competition(PARTICIPANT_IMAGE + more, then))
+            with self.subTest(name), server() as simulation:
+                async with Browser(simulation) as browser:
+                    address = await self.start(browser, world(f"duel-{name}", "duel.wbt"))
+                    self.assertEqual(browser.told[:2], ["type:competition\n", "ide: enable"])
+                    async with websockets.connect(address[len("webots:"):] + "/") as webots:
+                        await webots.send("mjpeg: 320x240")
+                        while (said := await asyncio.wait_for(webots.recv(), 60)) != printed:
+                            self.assertFalse(str(said).startswith("stdout:no simulator"), said)
+                    self.check_who_sees_the_participant()
+                self.check_clean(simulation)
+
+    def check_who_sees_the_participant(self):
+        def mounts(service):
+            return {each["Destination"].rstrip("/"): each.get("Name") for each in self.inspect(service)["Mounts"] if each["Type"] == "volume"}
+        controllers = "/usr/local/webots-project/controllers"
+        wait_until(lambda: self.containers_of("theia"), "there is no editor")
+        participants = mounts("controller")[controllers]
+        self.assertEqual(mounts("theia"), {"/home/project/webots-project": participants})
+        self.assertNotIn(participants, mounts("webots").values(), "the participant would write the referee's program")
+        self.assertIn("participant", docker.run("exec", *self.containers_of("theia"), "/bin/ls", "/home/project/webots-project").split())
+        self.assertEqual(self.inspect("controller")["HostConfig"]["NetworkMode"], "none")
+
     async def test_what_cannot_be_started_is_said_in_one_sentence(self):
         cases = [("fields", {}, "loading: Error: Wrong line in webots.yml: \"dockerCompose:theia\"."),
                  ("make", {}, "loading: Error: Unable to start Webots: it exited with status "),
@@ -428,6 +503,16 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 await browser.hear_all()
                 self.assertTrue(browser.told[-1].startswith("loading: Error: The name of the world file has characters"), browser.told)
             self.check_clean(simulation)
+
+    async def test_a_world_may_have_any_name_that_can_be_quoted(self):
+        names = ("R&D [50%] #1!.wbt", "it's 'mine' #1 & [50%]!.wbt", "!'#.wbt")
+        for turn, name in enumerate(names):
+            git.add_repository("o", f"named{turn}", {f"worlds/{name}": "#VRML_SIM R2025a utf8\n"})
+            with self.subTest(name), server() as simulation:
+                async with Browser(simulation) as browser:
+                    await self.start(browser, world(f"named{turn}", urllib.parse.quote(name)))
+                    self.assertEqual(self.inspect("webots")["Args"][-1], f"/usr/local/webots-project/worlds/{name}")
+                self.check_clean(simulation)
 
     async def test_an_image_that_no_registry_has_is_named(self):
         with registry() as address, server(dockerImages=f"{address}/webots") as simulation:

@@ -4,6 +4,13 @@
 #include "core/text.hpp"
 
 namespace webots_cloud::core {
+namespace {
+
+constexpr std::string_view launcher_steps =
+    "COPY remote_controller_launcher.py /usr/local/\n"
+    "CMD [\"python3\", \"/usr/local/remote_controller_launcher.py\"]\n";
+
+} // namespace
 
 std::vector<std::string> ProjectTexts::names()
 {
@@ -26,9 +33,13 @@ result<CompetitionFiles> competition_files(CompetitionTexts const& texts, std::s
     CompetitionFiles competition;
     auto& files = competition.files;
     files.emplace_back(concat("worlds/", world), with_extern_participant(*texts.world));
-    files.emplace_back(controller_dockerfile, with_last_step(dockerfile->text, terms.server));
     if (texts.launcher)
         files.emplace_back(controller_launcher, *texts.launcher);
+    if (texts.launcher && !dockerfile->says_what_to_start) {
+        files.emplace_back(concat("controllers/", controller_launcher), *texts.launcher);
+        dockerfile->text.append(launcher_steps);
+    }
+    files.emplace_back(controller_dockerfile, with_last_step(dockerfile->text, terms.server));
     competition.bases = std::move(dockerfile->bases);
     return competition;
 }

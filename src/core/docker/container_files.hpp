@@ -56,8 +56,8 @@ struct CompetitionFiles
     std::vector<std::string> bases; ///< As `ProjectDockerfile::bases`.
 };
 
-/// The participant's controller runs outside of Webots, in a container that the project describes. `world` is
-/// the name of the world file.
+/// The participant's controller runs outside of Webots, in a container that the project describes. Where its
+/// Dockerfile does not say what to start, that is the launcher. `world` is the name of the world file.
 ///
 /// Errors: `not_found`: the project has no Dockerfile for it; and as `project_dockerfile`.
 result<CompetitionFiles> competition_files(CompetitionTexts const& texts, std::string const& world,

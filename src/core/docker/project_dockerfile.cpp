@@ -208,6 +208,8 @@ result<> Reader::add(Instruction const& instruction)
     if (!checked)
         return checked;
     written_.text.append(concat(name, " ", text, "\n"));
+    if (name == "FROM" || name == "ENTRYPOINT" || name == "CMD")
+        written_.says_what_to_start = name != "FROM";
     if (name == "FROM" || name == "LABEL")
         written_.text.append(concat("LABEL ", server_label, "=", terms_.server, " ", project_label,
                                     "=\"\" com.docker.compose.service=\"\"\n"));

@@ -26,6 +26,7 @@ struct ProjectDockerfile
     ProjectDockerfile() = default;
 
     std::string text;
+    bool says_what_to_start = false; ///< By ENTRYPOINT or CMD in its last stage.
     /// The images of registries that its stages start from: nobody here has read what they have docker do.
     std::vector<std::string> bases;
 };

@@ -11,11 +11,10 @@ namespace {
 constexpr std::size_t max_line_length = 400;
 
 /// What errors of Webots, Qt, the dynamic linker, Python, shells, Docker and compilers have in common.
-constexpr std::string_view signs[] = {"error",    "fatal",     "cannot",        "can't",    "could not",
-                                      "couldn't", "unable",    "failed",        "failure",  "invalid",
-                                      "no such",  "not found", "denied",        "refused",  "exception",
-                                      "missing",  "terminate", "not supported", "segfault", "abort",
-                                      " fault"}; // and no default
+constexpr std::string_view signs[] = {
+    "error",     "fatal",         "cannot",   "can't",     "could not", "couldn't", "unable",    "failed",
+    "failure",   "invalid",       "no such",  "not found", "denied",    "refused",  "exception", "missing",
+    "terminate", "not supported", "segfault", "abort",     " fault"}; // and no default
 
 bool speaks_of_an_error(std::string_view line)
 {

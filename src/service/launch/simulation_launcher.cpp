@@ -192,8 +192,8 @@ private:
 
     core::LineSplitter lines_;
     core::OutputBudget budget_;
-    TimePoint read_at_;          ///< When more output may be read.
-    TimePoint output_came_;      ///< When the last of it came.
+    TimePoint read_at_;            ///< When more output may be read.
+    TimePoint output_came_;        ///< When the last of it came.
     core::StartWords start_words_; ///< Of what was printed before it was ready.
     std::deque<SimulationEvent> events_;
     core::LineBudget progress_budget_;

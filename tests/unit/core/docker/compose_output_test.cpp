@@ -116,15 +116,16 @@ BOOST_AUTO_TEST_CASE(of_an_image_that_cannot_be_fetched_the_engines_own_words_ar
           "Head \"http://127.0.0.1:5000/v2/webots/manifests/R2025a\": no basic auth credentials",
           "received unexpected HTTP status: 500 Internal Server Error",
           "Get \"http://127.0.0.1:9/v2/\": dial tcp 127.0.0.1:9: connect: connection refused"}) {
-        BOOST_TEST(why_failed({"Step 1/9 : ARG WEBOTS_DEFAULT_IMAGE", "Step 2/9 : FROM ${WEBOTS_DEFAULT_IMAGE}",
-                               reason, "Service 'webots' failed to build : Build failed\r"}) ==
-                   "The image can't be fetched: " + reason);
+        BOOST_TEST(
+            why_failed({"Step 1/9 : ARG WEBOTS_DEFAULT_IMAGE", "Step 2/9 : FROM ${WEBOTS_DEFAULT_IMAGE}",
+                        reason, "Service 'webots' failed to build : Build failed\r"}) ==
+            "The image can't be fetched: " + reason);
         // The image of the participant, after that of the simulator.
-        BOOST_TEST(why_failed({"Step 8/9 : RUN apt-get install x",
-                               "debconf: unable to initialize frontend: Dialog", " ---> 0123456789ab",
-                               "Step 9/9 : LABEL a=b", "Successfully built 0123456789ab", "Building controller",
-                               "Step 1/3 : FROM x/y:1", "1: Pulling from x/y", reason}) ==
-                   "The image can't be fetched: " + reason);
+        BOOST_TEST(
+            why_failed({"Step 8/9 : RUN apt-get install x", "debconf: unable to initialize frontend: Dialog",
+                        " ---> 0123456789ab", "Step 9/9 : LABEL a=b", "Successfully built 0123456789ab",
+                        "Building controller", "Step 1/3 : FROM x/y:1", "1: Pulling from x/y", reason}) ==
+            "The image can't be fetched: " + reason);
         // That of the editor, which is not built.
         BOOST_TEST(why_failed({"Step 8/9 : RUN make", "make: warning: no such file: ignored",
                                "Step 9/9 : LABEL a=b", "Successfully tagged simulation_webots:latest",
@@ -136,13 +137,14 @@ BOOST_AUTO_TEST_CASE(of_a_step_that_fails_its_last_error_is_the_reason_and_of_a_
 {
     BOOST_TEST(why_failed({}) == "");
     BOOST_TEST(why_failed({"Step 1/9 : FROM x"}) == "");
-    BOOST_TEST(why_failed({"Step 3/9 : RUN make || echo failed", " ---> Running in 0123456789ab",
-                           "a.c:1: error: x", "make: [a.o] 1",
-                           "The command '/bin/sh -c make' returned a non-zero code: 2",
-                           "ERROR: Service 'webots' failed to build : Build failed"}) == "a.c:1: error: x");
-    BOOST_TEST(why_failed({"Step 3/9 : RUN false", "The command '/bin/sh -c false' returned a non-zero code: 1",
-                           "Service 'webots' failed to build : Build failed"}) ==
-               "The command '/bin/sh -c false' returned a non-zero code: 1");
+    BOOST_TEST(
+        why_failed({"Step 3/9 : RUN make || echo failed", " ---> Running in 0123456789ab", "a.c:1: error: x",
+                    "make: [a.o] 1", "The command '/bin/sh -c make' returned a non-zero code: 2",
+                    "ERROR: Service 'webots' failed to build : Build failed"}) == "a.c:1: error: x");
+    BOOST_TEST(
+        why_failed({"Step 3/9 : RUN false", "The command '/bin/sh -c false' returned a non-zero code: 1",
+                    "Service 'webots' failed to build : Build failed"}) ==
+        "The command '/bin/sh -c false' returned a non-zero code: 1");
     auto const killed = why_failed({"Step 3/9 : RUN x", "The command 'x' returned a non-zero code: 137\r"});
     BOOST_TEST(killed.starts_with("A step of the build failed, since it was killed: "));
     BOOST_TEST(killed.ends_with(" The command 'x' returned a non-zero code: 137"));

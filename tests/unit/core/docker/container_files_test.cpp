@@ -106,9 +106,6 @@ BOOST_AUTO_TEST_CASE(a_competition_needs_a_world_and_a_dockerfile_and_may_have_a
     BOOST_TEST(files->files.at(0).second == with_extern_participant(*texts.world));
     auto const dockerfile = project_dockerfile("FROM scratch\n", "controllers/Dockerfile", terms());
     BOOST_TEST(files->files.at(1).second == with_last_step(dockerfile->text, "server"));
-    texts.launcher = "import os";
-    BOOST_TEST(names_of(competition_files(texts, "a.wbt", terms())->files).back() ==
-               "remote_controller_launcher.py");
     texts.controller_dockerfile = "FROM a";
     BOOST_TEST(competition_files(texts, "a.wbt", terms())
                    .error()
@@ -121,6 +118,35 @@ BOOST_AUTO_TEST_CASE(a_competition_needs_a_world_and_a_dockerfile_and_may_have_a
     texts = competition();
     texts.world.reset();
     BOOST_TEST(!competition_files(texts, "a.wbt", terms()).has_value());
+}
+
+BOOST_AUTO_TEST_CASE(where_a_participants_dockerfile_does_not_say_what_to_start_the_launcher_does)
+{
+    auto texts = competition();
+    texts.launcher = "import os";
+    auto files = competition_files(texts, "a.wbt", terms())->files;
+    BOOST_TEST(names_of(files) == (std::vector<std::string>{"worlds/a.wbt", "remote_controller_launcher.py",
+                                                            "controllers/remote_controller_launcher.py",
+                                                            "controllers/Dockerfile"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(files.at(2).second == "import os");
+    BOOST_TEST(files.back().second.ends_with(
+        "COPY remote_controller_launcher.py /usr/local/\n"
+        "CMD [\"python3\", \"/usr/local/remote_controller_launcher.py\"]\n\nLABEL "
+        "webots_cloud.server=server\n"));
+    for (std::string const start : {"ENTRYPOINT python3 -u participant.py", "cmd [\"./participant\"]"}) {
+        texts.controller_dockerfile = "FROM scratch\n" + start + "\n";
+        files = competition_files(texts, "a.wbt", terms())->files;
+        BOOST_TEST(names_of(files) ==
+                       (std::vector<std::string>{"worlds/a.wbt", "remote_controller_launcher.py",
+                                                 "controllers/Dockerfile"}),
+                   boost::test_tools::per_element());
+        BOOST_TEST(files.back().second.find("launcher") == std::string::npos);
+    }
+    texts.controller_dockerfile = "FROM scratch AS build\nCMD x\nFROM scratch\nCOPY --from=build / /\n";
+    BOOST_TEST(competition_files(texts, "a.wbt", terms())->files.size() == 4u);
+    texts.launcher.reset();
+    BOOST_TEST(competition_files(texts, "a.wbt", terms())->files.size() == 2u);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
