@@ -115,8 +115,8 @@ struct SessionConfig
     SessionConfig() = default;
 
     PublicAddress address; ///< `server`, `port` (required), `ssl` and `portRewrite`.
-    /// `simulationServers`: required but with `announcements`; `"host:port"` or `"host/port"`, or objects
-    /// with `address`, `weight`, `drain`, `labels`, `internal` and `ports`. Addresses may be
+    /// `simulationServers`: required but with `announcements`; `"host:port"`, `"host/port"` or `"host/path"`,
+    /// or objects with `address`, `weight`, `drain`, `labels`, `internal` and `ports`. Addresses may be
     /// `dns:<name>:<port>`, `srv:<service>` and `announced`, see MachineDiscovery.
     std::vector<ServerSpec> simulation_servers;
     /// `announcements`: simulation servers that know `sessionSecret` may announce themselves.

@@ -61,7 +61,7 @@ struct HttpsRedirect::Impl final : Endpoint
         bool const keeps_method = request.method == "GET" || request.method == "HEAD"; // with any status
         HttpResponse response(keeps_method ? 301 : 308, std::string(html), "This site speaks https.");
         auto const host = request.header("Host");
-        auto const name = core::reached_at(address, host).host;
+        auto const name = core::reached_at(address, core::asked_address(request.headers, false)).host;
         response.headers.emplace_back("Location",
                                       core::https_address(host, site, name, address.port, target));
         return response;

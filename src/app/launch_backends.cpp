@@ -168,7 +168,8 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, Simulat
     params.sandbox = machine.trial.sandbox.params;
     params.webots = machine.simulator.program;
     params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
-    params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite;
+    params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite &&
+                            config.address.path.empty();
     params.environment = current_environment();
     for (auto& [name, value] : params.environment)
         if (name == "WEBOTS_HOME")

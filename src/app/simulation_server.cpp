@@ -6,6 +6,7 @@
 #include "core/machine_labels.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
+#include "core/public_place.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
 #include "doctor/doctor_endpoint.hpp"
@@ -118,8 +119,7 @@ AnnouncingParams announcing_params(SimulationConfig const& config)
 {
     AnnouncingParams params;
     params.session_servers = config.session_servers;
-    params.address = concat(config.address.host, config.address.port_rewrite ? "/" : ":",
-                            std::to_string(config.address.port));
+    params.address = core::public_place(config.address);
     return params;
 }
 

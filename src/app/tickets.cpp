@@ -3,6 +3,7 @@
 #include "core/access/ip_address.hpp"
 #include "core/access/tickets.hpp"
 #include "core/discovery/machine_name.hpp"
+#include "core/public_place.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/host.hpp>
@@ -37,7 +38,10 @@ result<std::function<std::optional<Failure>(std::string_view)>> ticket_check(Sim
     if (!mac)
         return mac.error();
     auto const port = std::to_string(config.address.port);
-    std::vector<std::string> names{concat(config.address.host, ":", port)};
+    std::vector<std::string> names;
+    if (!config.address.path.empty())
+        names.push_back(core::public_place(config.address));
+    names.push_back(concat(config.address.host, ":", port));
     for (auto const& name : config.access.host_names)
         names.push_back(concat(name, ":", port));
     // Session servers that have found us by an address call us by that.

@@ -1,10 +1,12 @@
 // Heads of HTTP requests: the same are accepted in one piece as byte by byte, nothing that could split an
-// answer, and no client names another client.
+// answer, and no client names another client, or where we are.
 #include "fuzz.hpp"
 
 #include "adapters/messages/http_request_reader.hpp"
 #include "adapters/messages/websocket_handshake.hpp"
+#include "core/access/asked_name.hpp"
 #include "core/access/client_address.hpp"
+#include "core/public_place.hpp"
 
 #include <algorithm>
 #include <string>
@@ -20,6 +22,10 @@ void check_client(HttpRequestReader const& reader)
 {
     static core::IpNetworks const proxies({"127.0.0.0/8", "::1", "10.0.0.0/8"});
     auto fields = std::vector(reader.request().headers.begin(), reader.request().headers.end());
+    auto const asked = core::asked_address(fields, true);
+    fuzz::require(asked.path.empty() || core::is_site_path(asked.path));
+    auto const direct = core::asked_address(fields, false);
+    fuzz::require(direct.path.empty() && !direct.tls && direct.host == asked.host);
     auto const client = core::forwarded_client(fields, proxies);
     fuzz::require(!client || (reader.is_forwarded() && core::IpAddress::parse(client->text()) == client));
     fields.emplace_back("X-Forwarded-For", "203.0.113.7, 10.0.0.1"); // as a proxy appends it

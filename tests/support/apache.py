@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 import unittest
 
+from .documents import documented_rules
 from .processes import Startable, listens, required_program
 from .servers import end, wait_until
 
@@ -51,6 +52,26 @@ def one_rule(session_port, _, port, certificate):
     RewriteRule ^/(.*)$ ws://127.0.0.1:{session_port}/$1 [P,L]
     RewriteRule ^/(.*)$ http://127.0.0.1:{session_port}/$1 [P,L]
 """, port, certificate)
+
+
+# Of a proxy that says nothing of itself.
+BELOW_A_PATH = """
+    RewriteCond %{{HTTP:Upgrade}} websocket [NC]
+    RewriteCond %{{HTTP:Connection}} upgrade [NC]
+    RewriteRule ^{path}/(.*)$ ws://127.0.0.1:{target}/$1 [P,L]
+    RewriteRule ^{path}/(.*)$ http://127.0.0.1:{target}/$1 [P,L]
+"""
+
+
+def below_paths(paths, port, certificate):
+    """Each of `paths` leads to a port of the loopback, which isn't told so. The site's own pages are 410 Gone."""
+    rules = "".join(BELOW_A_PATH.format(path=path, target=target) for path, target in paths.items())
+    return Apache(f"    RewriteEngine on\n{rules}    RewriteRule ^/ - [G]\n", port, certificate)
+
+
+def documented_path(path, target, port, certificate):
+    """The same of one path, with what docs/proxies.md says, which tells it."""
+    return Apache(documented_rules("apache", path, target) + "    RewriteRule ^/ - [G]\n", port, certificate)
 
 
 class Apache(Startable):

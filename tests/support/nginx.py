@@ -5,6 +5,7 @@ import os
 import subprocess
 import tempfile
 
+from .documents import documented_rules
 from .ports import free_port
 from .processes import listens, required_program
 from .servers import end, wait_until
@@ -60,6 +61,31 @@ ONE_RULE = """
     }}
 """
 
+BELOW_PATHS = """
+    map $http_upgrade $webots_cloud_connection {{
+        default upgrade;
+        "" "";
+    }}
+    server {{
+        listen 127.0.0.1:{port} ssl;
+        ssl_certificate {certificate};
+        ssl_certificate_key {key};
+        {locations}
+        location / {{ return 410; }}
+    }}
+"""
+
+# Of a proxy that says nothing of itself.
+BELOW_A_PATH = """
+        location {path}/ {{
+            proxy_pass http://127.0.0.1:{target}/;
+            proxy_http_version 1.1;
+            proxy_buffering off;
+            proxy_set_header Upgrade $http_upgrade;
+            proxy_set_header Connection $webots_cloud_connection;
+        }}
+"""
+
 SAMPLE = os.path.join(os.path.dirname(__file__), "..", "..", "config", "nginx", "webots_cloud.conf")
 
 
@@ -94,6 +120,20 @@ def site(session_port, simulation_ports, port, certificate, address="127.0.0.1")
 def one_rule(session_port, _, port, certificate):
     """Everything goes to the gateway of the session server."""
     return _nginx(ONE_RULE.format(port=port, target=session_port, certificate=certificate.certificate, key=certificate.key), port)
+
+
+def below_paths(paths, port, certificate):
+    """Each of `paths` leads to a port of the loopback, which isn't told so. The site's own pages are 410 Gone."""
+    return _below("".join(BELOW_A_PATH.format(path=path, target=target) for path, target in paths.items()), port, certificate)
+
+
+def documented_path(path, target, port, certificate):
+    """The same of one path, with what docs/proxies.md says, which tells it."""
+    return _below(documented_rules("nginx", path, target), port, certificate)
+
+
+def _below(locations, port, certificate):
+    return _nginx(BELOW_PATHS.format(port=port, locations=locations, certificate=certificate.certificate, key=certificate.key), port)
 
 
 @contextlib.contextmanager

@@ -4,6 +4,7 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/public_address.hpp>
 #include <webots_cloud/transport/http.hpp>
 #include <webots_cloud/transport/tunnel_group.hpp>
 
@@ -161,7 +162,7 @@ struct ChannelInfo
 
     std::string path;
     std::string query;
-    std::string host;      ///< The Host header.
+    AskedAddress asked;
     std::string peer;      ///< Numeric address of the browser or its proxy.
     std::string client;    ///< As in `IncomingRequest`.
     std::string quota_key; ///< As in `IncomingRequest`.

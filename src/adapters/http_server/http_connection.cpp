@@ -5,6 +5,7 @@
 
 #include "adapters/messages/http_response_text.hpp"
 #include "adapters/messages/websocket_handshake.hpp"
+#include "core/access/asked_name.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
@@ -410,7 +411,7 @@ ChannelInfo HttpConnection::channel_info() const
     ChannelInfo info;
     info.path = reader_.request().path;
     info.query = reader_.request().query;
-    info.host = reader_.request().header("Host");
+    info.asked = core::asked_address(reader_.request().headers, peer_.is_proxy());
     info.peer = peer_.address;
     info.client = client();
     info.quota_key = quota_key();

@@ -1,5 +1,6 @@
 #include "asked_name.hpp"
 
+#include "core/public_place.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/transport/http.hpp>
@@ -28,21 +29,49 @@ std::string host_of(std::string_view header, Port port)
     return std::string(host.data(), host.size());
 }
 
+std::string_view scheme_of(bool tls) noexcept
+{
+    return tls ? "wss://" : "ws://";
+}
+
 } // namespace
 
-PublicAddress reached_at(PublicAddress address, std::string_view host)
+AskedAddress asked_address(HeaderFields fields, bool is_from_proxy)
 {
+    AskedAddress asked;
+    bool has_host = false;
+    for (auto const& [name, value] : fields) {
+        if (!has_host && equal_ignoring_case(name, "Host")) {
+            asked.host = value;
+            has_host = true;
+        } else if (is_from_proxy && equal_ignoring_case(name, "X-Forwarded-Prefix")) {
+            auto const path = value.substr(0, value.size() - (value.ends_with('/') ? 1 : 0));
+            asked.path = is_site_path(path) ? path : std::string_view();
+        } else if (is_from_proxy && equal_ignoring_case(name, "X-Forwarded-Proto")) {
+            asked.tls = equal_ignoring_case(value, "https");
+        }
+    }
+    return asked;
+}
+
+PublicAddress reached_at(PublicAddress address, AskedAddress const& asked)
+{
+    if (!asked.path.empty())
+        address.path = asked.path;
+    address.ssl = address.ssl || asked.tls;
+    bool const is_in_path = address.port_rewrite || !address.path.empty();
     if (address.host == asked_name)
-        address.host = host_of(host, address.port_rewrite ? Port::kept : Port::dropped);
+        address.host = host_of(asked.host, is_in_path ? Port::kept : Port::dropped);
     return address;
 }
 
-std::string machine_reached_at(std::string_view machine, std::string_view host)
+std::string machine_reached_at(std::string_view machine, PublicAddress const& own, AskedAddress const& asked)
 {
     if (!machine.starts_with(asked_name))
-        return std::string(machine);
+        return concat(scheme_of(own.ssl), machine);
     machine.remove_prefix(asked_name.size());
-    return concat(host_of(host, machine.starts_with('/') ? Port::kept : Port::dropped), machine);
+    bool const is_in_path = machine.starts_with('/');
+    return concat(scheme_of(own.ssl), host_of(asked.host, is_in_path ? Port::kept : Port::dropped), machine);
 }
 
 std::string_view path_at_own_port(PublicAddress const& own, std::string_view machine) noexcept
@@ -50,21 +79,47 @@ std::string_view path_at_own_port(PublicAddress const& own, std::string_view mac
     constexpr std::uint16_t https = 443;
     constexpr std::uint16_t http = 80;
     bool const is_usual_port = own.port == (own.ssl ? https : http);
-    if (own.port_rewrite || is_usual_port || own.host.empty() || !machine.starts_with(own.host))
+    if (own.port_rewrite || !own.path.empty() || is_usual_port || own.host.empty() ||
+        !machine.starts_with(own.host))
         return {};
     machine.remove_prefix(own.host.size());
     return machine.starts_with('/') ? machine : std::string_view();
 }
 
-std::string own_authority(PublicAddress const& address, std::vector<std::string> const& names,
-                          std::string_view host)
+bool is_placed_by_proxy(PublicAddress const& own, AskedAddress const& asked) noexcept
 {
-    auto const asked = host_of(host, Port::dropped);
-    auto const is_asked = [&asked](std::string_view name) { return equal_ignoring_case(asked, name); };
-    if (address.host == asked_name || address.host == "localhost" || is_asked(address.host) ||
-        std::any_of(names.begin(), names.end(), is_asked))
-        return host_of(host, Port::kept);
-    return concat(address.host, address.port_rewrite ? "/" : ":", std::to_string(address.port));
+    return !own.path.empty() || !asked.path.empty() || (asked.tls && !own.ssl);
+}
+
+std::string_view path_behind_proxy(PublicAddress const& own, std::vector<std::string> const& names,
+                                   AskedAddress const& asked, std::string_view machine)
+{
+    auto const slash = machine.rfind('/');
+    if (!is_placed_by_proxy(own, asked) || slash == std::string_view::npos ||
+        parse_port(machine.substr(slash + 1)) == 0)
+        return {};
+    auto const place = machine.substr(0, slash);
+    auto const path = path_in(place);
+    auto const host = place.substr(0, place.size() - path.size());
+    auto const is_host = [host](std::string_view name) { return equal_ignoring_case(host, name); };
+    bool const is_ours = is_host(asked_name) || is_host(own.host) || is_host(asked.host) ||
+                         is_host(host_of(asked.host, Port::dropped)) || std::ranges::any_of(names, is_host);
+    // An entry that could name our path, and does not, is beside us.
+    bool const is_below_us =
+        path.empty() ? own.path.empty() || host == asked_name : path == own.path || path == asked.path;
+    return is_ours && is_below_us ? machine.substr(slash) : std::string_view();
+}
+
+std::string own_base(PublicAddress const& address, std::vector<std::string> const& names,
+                     AskedAddress const& asked)
+{
+    auto reached = reached_at(address, asked);
+    auto const host = host_of(asked.host, Port::dropped);
+    auto const is_asked = [&host](std::string_view name) { return equal_ignoring_case(host, name); };
+    bool const is_name = address.host == asked_name || address.host == "localhost" ||
+                         is_asked(address.host) || std::ranges::any_of(names, is_asked);
+    return is_name ? concat(scheme_of(reached.ssl), host_of(asked.host, Port::kept), reached.path)
+                   : concat(scheme_of(reached.ssl), public_place(reached));
 }
 
 } // namespace webots_cloud::core

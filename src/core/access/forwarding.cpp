@@ -162,7 +162,7 @@ ForwardTarget target_at_machine(InternalAddress machine, bool is_trusted, std::s
 
 std::uint16_t public_port(std::string_view address) noexcept
 {
-    auto const slash = address.find('/');
+    auto const slash = address.rfind('/');
     return slash == std::string_view::npos ? 0 : parse_port(address.substr(slash + 1));
 }
 

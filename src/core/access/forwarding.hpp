@@ -80,7 +80,7 @@ std::optional<PortPath> split_port_path(std::string_view path) noexcept;
 /// `/metrics` and all below `/api`, however it is spelled: the operator's, never passed on.
 bool is_operators_path(std::string_view path);
 
-/// The port behind the slash of `host/2000`; 0: there is none.
+/// The port at the end of `host/2000` and of `host/webots/2000`; 0: there is none.
 std::uint16_t public_port(std::string_view address) noexcept;
 
 /// Where a request goes.

@@ -52,10 +52,12 @@ bool is_below(std::string_view path, std::string_view machine)
            parse_port(path.substr(token_end + 1)) != 0;
 }
 
-/// `/2001` beside `/2000`.
+/// `/2001` beside `/2000`; of a machine whose path has no port: `/webots/2001` below `/webots`.
 bool is_beside(std::string_view path, std::string_view machine)
 {
-    auto const folder = machine.substr(0, machine.rfind('/') + 1);
+    auto const last = machine.rfind('/') + 1;
+    auto const folder =
+        parse_port(machine.substr(last)) != 0 ? std::string(machine.substr(0, last)) : concat(machine, "/");
     return path.starts_with(folder) && parse_port(path.substr(folder.size())) != 0;
 }
 
@@ -73,8 +75,11 @@ std::string simulator_entry(std::string_view reported, StudentMachine const& mac
     bool const has_path = !own_path.empty();
     bool const is_other_port = has_path ? is_same_port && is_beside(path, own_path)
                                         : path.empty() && parse_port(view_of(url->port())) != 0;
-    if (!(is_same_port && is_below(path, own_path)) && (machine.is_closed || !is_other_port))
+    bool const is_below_machine = is_same_port && is_below(path, own_path);
+    if (!is_below_machine && (machine.is_closed || !is_other_port))
         return {};
+    if (is_below_machine && has_path) // which a proxy may have below another path for each browser
+        return concat(machine.entry, path.substr(own_path.size()));
     // With a path, the port is the session server's, and belongs to what a browser calls its host.
     std::string_view const entry = machine.entry;
     auto const name_end = entry.starts_with('[') ? entry.find(']') : 0;

@@ -5,6 +5,7 @@
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
 #include "core/machine_labels.hpp"
+#include "core/public_place.hpp"
 #include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
 
@@ -46,11 +47,13 @@ std::string name_advice(std::string_view server)
 {
     if (auto const ascii = ascii_host_name(server); ascii != server && is_authority(ascii))
         return concat(": write \"", ascii, "\", as browsers say it");
-    auto const scheme = server.find("://");
-    if (scheme == std::string_view::npos)
-        return {};
-    auto const name = server.substr(scheme + 3, server.find('/', scheme + 3) - scheme - 3);
-    return is_authority(name) ? concat(": write \"", name, "\"") : std::string();
+    auto name = server.substr(0, server.find_last_not_of('/') + 1);
+    if (auto const scheme = name.find("://"); scheme != std::string_view::npos)
+        name.remove_prefix(scheme + 3);
+    auto const path = path_in(name);
+    auto const host = name.substr(0, name.size() - path.size());
+    auto const& advised = is_site_path(path) ? name : host;
+    return name != server && is_authority(host) ? concat(": write \"", advised, "\"") : std::string();
 }
 
 /// What stands for many names would let in many: they are listed. `*` alone is as in `server`.
@@ -139,17 +142,29 @@ void check_access(ConfigReader& reader, AccessConfig const& access)
     check_networks(reader, "monitorAddresses", access.monitor_addresses);
 }
 
-void check_server_name(ConfigReader& reader, std::string_view key, std::string const& server)
+void read_server_name(ConfigReader& reader, std::string_view key, PublicAddress& address)
 {
-    if (reader.has(key) && !server.empty() && !is_authority(server))
-        reader.refuse(key, "the name of a host, as in \"sim.example.org\"", name_advice(server));
+    if (!reader.has(key) || reader.is_refused(key) || address.host.empty())
+        return;
+    std::string const path(path_in(address.host));
+    auto const host = address.host.substr(0, address.host.size() - path.size());
+    if (!is_authority(host))
+        return reader.refuse(key, "the name of a host, as in \"sim.example.org\"", name_advice(address.host));
+    if (!path.empty() && !is_site_path(path))
+        return reader.refuse(key,
+                             "the name of a host, or one with a path of at most 100 letters, digits, \"-\", "
+                             "\"_\", \".\" and \"~\", as in \"sim.example.org/webots\"",
+                             name_advice(address.host));
+    address.host = host;
+    if (!path.empty())
+        address.path = path;
 }
 
 void warn_of_two_ports(ConfigReader& reader, std::string_view key, PublicAddress const& address)
 {
     auto const authority = boost::urls::parse_authority(address.host);
-    if (!reader.has(key) || reader.is_refused(key) || address.port_rewrite || !authority ||
-        !authority->has_port())
+    if (!reader.has(key) || reader.is_refused(key) || address.port_rewrite || !address.path.empty() ||
+        !authority || !authority->has_port())
         return;
     std::string const name(std::string_view(authority->encoded_host()));
     reader.warn(key, concat("\"", address.host,

@@ -16,10 +16,11 @@ namespace webots_cloud::core {
 
 inline constexpr int max_port = 65535;
 
-/// What names a host. Empty is taken, as the Python servers do.
-void check_server_name(ConfigReader& reader, std::string_view key, std::string const& server);
+/// What names a host, and after a slash a path, which goes where it belongs. Empty is taken, as the Python
+/// servers do.
+void read_server_name(ConfigReader& reader, std::string_view key, PublicAddress& address);
 
-/// Where "portRewrite" is false, "port" follows "server" in what browsers are told.
+/// Where "portRewrite" is false, and there is no path, "port" follows "server" in what browsers are told.
 void warn_of_two_ports(ConfigReader& reader, std::string_view key, PublicAddress const& address);
 
 /// Certificate, addresses, limits of connections. `port`: that of this configuration.

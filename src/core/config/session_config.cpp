@@ -9,6 +9,7 @@
 #include "core/access/site_access.hpp"
 #include "core/discovery/machine_name.hpp"
 #include "core/notices/mail_message.hpp"
+#include "core/public_place.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
@@ -27,10 +28,10 @@ constexpr std::size_t least_password = 8; // as in its file
 
 bool is_server_address(std::string_view text)
 {
-    auto const slash = text.find('/');
-    return slash == std::string_view::npos
-               ? is_authority(text, Port::required)
-               : is_authority(text.substr(0, slash)) && parse_port(text.substr(slash + 1)) != 0;
+    auto const path = path_in(text);
+    if (path.empty())
+        return is_authority(text, Port::required);
+    return is_authority(text.substr(0, text.size() - path.size())) && is_machine_path(path);
 }
 
 /// A machine, or a name for several.
@@ -102,8 +103,9 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
                             ServerSpec& server)
 {
     constexpr std::string_view key = "simulationServers";
-    constexpr std::string_view address = "\"host:port\" or \"host/port\", with a port from 1 to 65535, "
-                                         "\"dns:name:port\", \"srv:service name\" or \"announced\"";
+    constexpr std::string_view address =
+        "\"host:port\", \"host/port\" or \"host/path\", with a port from 1 to "
+        "65535, \"dns:name:port\", \"srv:service name\" or \"announced\"";
     if (auto const* text = entry.if_string()) {
         server.address = *text;
         if (!is_server_entry(server.address))
@@ -257,8 +259,9 @@ void warn_of_machines(ConfigReader& reader, SessionConfig const& config)
     for (std::size_t i = 0; i < servers.size(); ++i) {
         auto const slash = servers[i].address.find('/');
         auto const host = servers[i].address.substr(0, slash);
-        if (slash == std::string::npos || !servers[i].internal_address.empty() ||
-            reach_of(host) != Reach::this_machine)
+        bool const is_port =
+            slash != std::string::npos && parse_port(servers[i].address.substr(slash + 1)) != 0;
+        if (!is_port || !servers[i].internal_address.empty() || reach_of(host) != Reach::this_machine)
             continue;
         reader.warn_entry("simulationServers", i + 1,
                           concat("\"", servers[i].address, "\" is asked at ",
@@ -369,7 +372,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     check_discovery(*reader, config);
     read_simulation_servers(*reader, config.announcements, config.simulation_servers);
     complete_gateway(*reader, config);
-    check_server_name(*reader, "server", config.address.host);
+    read_server_name(*reader, "server", config.address);
     warn_of_two_ports(*reader, "server", config.address);
     warn_of_machines(*reader, config);
     warn_of_viewer_url(*reader, config.service.viewer_url);

@@ -12,7 +12,7 @@ constexpr std::array<std::string_view, 4> policies{"least_committed", "least_rep
 constexpr std::array machine_keys{
     ConfigKey{.name = "address",
               .value = member<&ServerSpec::address>,
-              .text = R"(`"host:port"` or `"host/port"`: where browsers are sent)",
+              .text = R"(`"host:port"`, `"host/port"` or `"host/path"`: where browsers are sent)",
               .required = true,
               .reloaded = true},
     ConfigKey{.name = "weight",
@@ -56,15 +56,16 @@ constexpr auto session_address =
            joined(address_keys<SessionConfig>(true, ""), std::array{schema_key}));
 
 constexpr std::array session_machines{
-    ConfigKey{.name = "simulationServers",
-              .value = shaped<KeyType::objects, &SessionConfig::simulation_servers>,
-              .text = R"(the simulation servers: `"host:port"` or `"host/port"`, or objects as in )"
-                      R"(`{"address": "host/2000", "weight": 2, "labels": ["gpu"]}`; for the gateway with )"
-                      R"(`"internal": "10.0.0.2:2000"`; for several machines `"dns:name:port"`, )"
-                      R"(`"srv:service name"` and `"announced"`, see [docs/discovery.md](docs/discovery.md))",
-              .absent = "none; only where machines announce themselves (`announcements`)",
-              .reloaded = true,
-              .keys = machine_keys},
+    ConfigKey{
+        .name = "simulationServers",
+        .value = shaped<KeyType::objects, &SessionConfig::simulation_servers>,
+        .text = R"(the simulation servers: `"host:port"`, `"host/port"` or `"host/path"`, or objects as in )"
+                R"(`{"address": "host/2000", "weight": 2, "labels": ["gpu"]}`; for the gateway with )"
+                R"(`"internal": "10.0.0.2:2000"`; for several machines `"dns:name:port"`, )"
+                R"(`"srv:service name"` and `"announced"`, see [docs/discovery.md](docs/discovery.md))",
+        .absent = "none; only where machines announce themselves (`announcements`)",
+        .reloaded = true,
+        .keys = machine_keys},
     ConfigKey{
         .name = "announcements",
         .value = member<&SessionConfig::announcements>,

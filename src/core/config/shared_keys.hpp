@@ -79,7 +79,8 @@ inline constexpr std::array connection_keys{
     ConfigKey{
         .name = "trustedProxies",
         .value = member<&Config::network, &NetworkConfig::trusted_proxies>,
-        .text = "addresses and networks of proxies whose `X-Forwarded-For` is trusted, see "
+        .text = "addresses and networks of proxies whose `X-Forwarded-For`, `X-Forwarded-Prefix` and "
+                "`X-Forwarded-Proto` are trusted, see "
                 "[docs/access.md](docs/access.md#clients-behind-proxies)",
     },
 };
@@ -146,14 +147,33 @@ inline constexpr std::array log_keys{
               .choices = log_formats},
 };
 
+/// `server`: the host, out of which `read_server_name` takes the path.
+template<class Config>
+inline constexpr KeyValue server_name = [] {
+    auto value = member<&Config::address, &PublicAddress::host>;
+    value.equal = [](void const* left, void const* right) {
+        auto const& one = static_cast<Config const*>(left)->address;
+        auto const& other = static_cast<Config const*>(right)->address;
+        return one.host == other.host && one.path == other.path;
+    };
+    value.copy = [](void const* from, void* to) {
+        auto const& source = static_cast<Config const*>(from)->address;
+        auto& target = static_cast<Config*>(to)->address;
+        target.host = source.host;
+        target.path = source.path;
+    };
+    return value;
+}();
+
 /// How browsers reach a server, beside its `port`.
 template<class Config>
 constexpr std::array<ConfigKey, 3> address_keys(bool reloaded, std::string_view alias)
 {
     return {ConfigKey{.name = "server",
-                      .value = member<&Config::address, &PublicAddress::host>,
+                      .value = server_name<Config>,
                       .text = "public host name, or `*`: [whatever the browser called "
-                              "it](docs/site.md#a-class-in-one-network)",
+                              "it](docs/site.md#a-class-in-one-network); behind a proxy that has the server "
+                              "below a path with that, `host/path`",
                       .reloaded = reloaded,
                       .alias = alias},
             ConfigKey{.name = "ssl",

@@ -147,7 +147,7 @@ void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& or
                               std::vector<std::string>& warnings)
 {
     if (config.launching.gateway || config.network.ssl_certificate.empty() || !config.address.ssl ||
-        config.address.port_rewrite)
+        config.address.port_rewrite || !config.address.path.empty())
         return;
     warnings.push_back(concat(
         origin.string(), ": browsers are sent to wss://", config.address.host,
@@ -160,7 +160,7 @@ void warn_of_assumed_tls(ConfigReader const& reader, SimulationConfig const& con
                          std::vector<std::string>& warnings)
 {
     bool const is_told = !config.network.ssl_certificate.empty(); // by warn_of_plain_simulators
-    if (reader.has("ssl") || config.address.port_rewrite || is_told)
+    if (reader.has("ssl") || config.address.port_rewrite || !config.address.path.empty() || is_told)
         return;
     if (config.launching.gateway) {
         warnings.push_back(concat(
@@ -318,7 +318,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     auto& config = configured.config;
     reader->read_members(config);
     for (std::string_view const key : {"fullyQualifiedDomainName", "server"}) {
-        check_server_name(*reader, key, config.address.host);
+        read_server_name(*reader, key, config.address);
         warn_of_two_ports(*reader, key, config.address);
     }
     complete_sandbox(*reader, config);

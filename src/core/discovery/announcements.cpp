@@ -3,10 +3,12 @@
 #include "announcements.hpp"
 
 #include "core/base64.hpp"
+#include "core/public_place.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
 #include "machine_name.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 
@@ -20,7 +22,7 @@ constexpr std::string_view before_receiver = "&to=";
 constexpr std::string_view goodbye = "&goodbye";
 constexpr std::string_view receiver_prefix = "Sign for this session server: to=";
 constexpr std::size_t max_receiver = 64;
-constexpr std::size_t max_machine = 253 + 6; // a name and a port
+constexpr std::size_t max_machine = 253 + 100; // a name, and a port or a path
 
 std::int64_t milliseconds_of(WallTime time)
 {
@@ -34,14 +36,17 @@ bool is_receiver(std::string_view name)
            name.find_first_not_of(base64url_digits) == std::string_view::npos;
 }
 
-/// `host:port` or `host/port`, with a port from 1 to 65535.
+/// `host:port`, `host/port` or `host/path`, with a port from 1 to 65535.
 bool is_announced_address(std::string_view machine, bool loopback)
 {
-    auto const colon = machine.find_last_of(":/");
-    if (machine.size() > max_machine || colon == std::string_view::npos ||
-        parse_port(machine.substr(colon + 1)) == 0)
+    auto const path = path_in(machine);
+    auto const end =
+        path.empty() ? std::min(machine.size(), machine.rfind(':')) : machine.size() - path.size();
+    bool const is_placed = path.empty() ? parse_port(machine.substr(std::min(machine.size(), end + 1))) != 0
+                                        : is_machine_path(path);
+    if (machine.size() > max_machine || !is_placed)
         return false;
-    auto const host = machine.substr(0, colon);
+    auto const host = machine.substr(0, end);
     bool const is_v6 = host.starts_with('[') && host.ends_with(']') &&
                        IpAddress::parse(host.substr(1, host.size() - 2)).has_value();
     return (is_v6 || parse_machine_name(concat("srv:", host))) && is_machine_host(host, loopback);

@@ -1,5 +1,6 @@
 #include "notification.hpp"
 
+#include "core/public_place.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 
@@ -60,9 +61,9 @@ News::News(LoadEvent const& event, WallTime moment) : when(moment)
 std::string monitor_url(PublicAddress const& address)
 {
     // Nobody has asked yet who reads a mail: on this machine the link leads somewhere.
-    auto const host = address.host == "*" ? "localhost" : printable(address.host, max_address_length);
-    return concat(address.ssl ? "https://" : "http://", host, address.port_rewrite ? "/" : ":",
-                  std::to_string(address.port), "/monitor");
+    auto linked = address;
+    linked.host = address.host == "*" ? "localhost" : printable(address.host, max_address_length);
+    return concat(address.ssl ? "https://" : "http://", public_place(linked), "/monitor");
 }
 
 Notice news_notice(News const& news, std::string_view monitor)

@@ -18,8 +18,8 @@ std::string monitor_link(SessionRow const& server, SessionMonitorView const& vie
     std::string_view const address = server.address;
     if (!server.path.empty())
         return concat(server.path.substr(1), "/monitor");
-    auto const slash = address.find('/');
-    if (view.gateway && slash != std::string_view::npos)
+    auto const slash = address.rfind('/');
+    if (view.gateway && slash != std::string_view::npos && parse_port(address.substr(slash + 1)) != 0)
         return concat(address.substr(slash + 1), "/monitor");
     return concat(view.ssl ? "https://" : "http://", address, "/monitor");
 }

@@ -3,6 +3,7 @@
 // later mean nothing unless they have the right type.
 #include "client_protocol.hpp"
 
+#include "core/public_place.hpp"
 #include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
@@ -17,11 +18,6 @@ namespace webots_cloud::core {
 namespace {
 
 namespace json = boost::json;
-
-std::string authority(PublicAddress const& address, std::uint16_t port)
-{
-    return concat(address.host, address.port_rewrite ? "/" : ":", std::to_string(port));
-}
 
 /// Members that were added later: whoever means something else by them is not refused.
 bool is_true(json::object const& object, std::string_view key)
@@ -227,12 +223,12 @@ std::string reconnect_token_message(std::string_view token)
 
 std::string webots_message(PublicAddress const& address, std::uint16_t port)
 {
-    return concat("webots:", address.ssl ? "wss://" : "ws://", authority(address, port));
+    return concat("webots:", address.ssl ? "wss://" : "ws://", public_place(address, port));
 }
 
 std::string public_http_url(PublicAddress const& address)
 {
-    return concat(address.ssl ? "https://" : "http://", authority(address, address.port));
+    return concat(address.ssl ? "https://" : "http://", public_place(address));
 }
 
 } // namespace webots_cloud::core

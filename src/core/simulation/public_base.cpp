@@ -1,32 +1,21 @@
 #include "public_base.hpp"
 
+#include "core/public_place.hpp"
 #include "core/text.hpp"
 
 #include <boost/url/parse.hpp>
 #include <boost/url/url_view.hpp>
 
-#include <algorithm>
-
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::size_t longest = 400; // a host of 253 characters, a port, and the paths of two gateways
-
-/// Below `/`: what our gateways add, and what proxies of other sites may.
-bool is_plain_path(std::string_view path)
-{
-    return !path.ends_with('/') && std::all_of(path.begin(), path.end(), [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '/' ||
-               c == '-' || c == '_';
-    });
-}
+constexpr std::size_t longest = 400; // a host of 253 characters, a port, a path, and those of two gateways
 
 } // namespace
 
 std::string public_base(PublicAddress const& address)
 {
-    return concat(address.ssl ? "wss://" : "ws://", address.host, address.port_rewrite ? "/" : ":",
-                  std::to_string(address.port));
+    return concat(address.ssl ? "wss://" : "ws://", public_place(address));
 }
 
 std::optional<std::string> parse_public_base(std::string_view text)
@@ -37,7 +26,8 @@ std::optional<std::string> parse_public_base(std::string_view text)
     if (!url || url->has_userinfo() || url->has_query() || url->has_fragment() || url->encoded_host().empty())
         return std::nullopt;
     auto const path = url->encoded_path();
-    return is_plain_path({path.data(), path.size()}) ? std::optional(std::string(text)) : std::nullopt;
+    return path.empty() || is_site_path({path.data(), path.size()}) ? std::optional(std::string(text))
+                                                                    : std::nullopt;
 }
 
 } // namespace webots_cloud::core

@@ -13,11 +13,11 @@ namespace webots_cloud::core {
 /// `wss://sim.example.org/machine/abc`. Only it knows that; the machine tells its browsers.
 inline constexpr std::string_view public_address_header = "Webots-Cloud-Address";
 
-/// `ws://host:2000`, `wss://host/2000`.
+/// `ws://host:2000`, `wss://host/2000`, `wss://host/webots`.
 std::string public_base(PublicAddress const& address);
 
-/// What that header says, if it makes sense: `ws://` or `wss://`, a host, and a path of letters and digits,
-/// without a slash at the end.
+/// What that header says, if it makes sense: `ws://` or `wss://`, a host, and a path as `is_site_path` knows
+/// it, or none.
 std::optional<std::string> parse_public_base(std::string_view text);
 
 } // namespace webots_cloud::core

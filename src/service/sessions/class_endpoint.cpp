@@ -23,7 +23,7 @@ core::ClassHooks ClassEndpoint::book_hooks()
     hooks.free_seats = [this] { return scheduler_.free_seats(clock_.now()); };
     hooks.machines = [this](core::ClassConnection teacher) { return machines_for(teacher); };
     hooks.simulator_address = [this](std::string_view entry, core::ClassConnection teacher) {
-        return hooks_.simulator_address(entry, conversations_.at(teacher).host);
+        return hooks_.simulator_address(entry, conversations_.at(teacher).asked);
     };
     hooks.tell_of_guesses = [this](std::string_view what, std::string_view quota_key) {
         warn_of_guesses(what, quota_key);
@@ -45,11 +45,11 @@ std::vector<std::string> ClassEndpoint::machines_for(core::ClassConnection teach
         if (machine.refusal == Refusal::draining)
             draining.insert(machine.address);
     std::vector<std::string> machines;
-    auto const& host = conversations_.at(teacher).host;
+    auto const& asked = conversations_.at(teacher).asked;
     for (auto const& server : monitor_.servers()) {
         bool const is_ours = server.state == ServerState::up && server.report.arrivals.has_value();
         if (is_ours && !draining.contains(server.address) && machines.size() < limits::machines)
-            machines.push_back(hooks_.machine_address(server.address, host));
+            machines.push_back(hooks_.machine_address(server.address, asked));
     }
     return machines;
 }
@@ -70,7 +70,7 @@ asio::awaitable<void> ClassEndpoint::serve(ChannelInfo info, Channel& channel)
     auto const id = ++last_;
     auto& conversation = conversations_[id];
     conversation.channel = &channel;
-    conversation.host = std::move(info.host);
+    conversation.asked = std::move(info.asked);
     book_.connect(id, std::move(info.quota_key));
     carry_out();
     for (;;) {

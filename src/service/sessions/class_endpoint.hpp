@@ -27,10 +27,10 @@ struct ClassEndpointHooks
 
     /// Empty: there are no classes.
     core::RandomBytes random_bytes;
-    /// Where a browser whose `Host` was this reaches a machine: `wss://host/2000`, with a ticket if need be.
-    std::function<std::string(std::string_view server, std::string_view host)> machine_address;
+    /// Where a browser that has asked us so reaches a machine: `wss://host/2000`, with a ticket if need be.
+    std::function<std::string(std::string_view server, AskedAddress const& asked)> machine_address;
     /// The same without a ticket: `wss://host/2000/simulation/abc/2001`.
-    std::function<std::string(std::string_view entry, std::string_view host)> simulator_address;
+    std::function<std::string(std::string_view entry, AskedAddress const& asked)> simulator_address;
 };
 
 /// Passes what browsers say to a ClassBook, and does what it says: sends, closes, holds seats.
@@ -69,7 +69,7 @@ private:
     struct Conversation
     {
         Channel* channel = nullptr;
-        std::string host;
+        AskedAddress asked;
     };
 
     core::ClassHooks book_hooks();

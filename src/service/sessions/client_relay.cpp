@@ -81,7 +81,7 @@ asio::awaitable<void> ClientRelay::serve(ChannelInfo info, Channel& channel)
 {
     auto const id = ++last_id_;
     auto& browser = browsers_.try_emplace(id, id, channel).first->second;
-    browser.host = std::move(info.host);
+    browser.asked = std::move(info.asked);
     browser.client = std::move(info.client);
     browser.waits_since = clock_.now();
     if (auto const oldest = silent_.enter(id, info.quota_key))

@@ -68,12 +68,12 @@ struct ClientRelayHooks
     std::function<void(bool placed)> note_placement;
     /// What a student of a class gets.
     std::function<core::SeatRequest(std::string_view student)> ask_for_seat;
-    /// A student was sent to that machine, by a browser that called us `host`.
+    /// A student was sent to that machine, by a browser that has asked us so.
     std::function<void(std::string_view student, core::SeatRequest seat, std::string_view entry,
-                       std::string_view host)>
+                       AskedAddress const& asked)>
         take_seat;
-    /// Where a browser that called us `host` reaches a machine that is below this server; empty: others.
-    std::function<std::string(std::string_view entry, std::string_view host)> public_address;
+    /// Where a browser that has asked us so reaches a machine that is below this server; empty: others.
+    std::function<std::string(std::string_view entry, AskedAddress const& asked)> public_address;
     /// What the site were if nobody waited.
     std::function<core::SiteState()> supply;
     /// Somebody has come to the line, or left it.

@@ -104,7 +104,7 @@ struct ClientRelay::Browser : core::WaitingRoom::Customer
     std::uint64_t world = 0; ///< A digest of the world and mode.
     core::RelayOptions options;
 
-    std::string host;
+    AskedAddress asked;
     std::string client;
     std::string request;
     core::SeatRequest seat = core::SeatRequest::unknown;

@@ -96,7 +96,7 @@ result<> ClientRelay::try_to_place(Browser& browser, PlacementRequest const& req
     ride.placement = *placement;
     ride.is_placed = ride.is_unclaimed = true;
     if (browser.seat != core::SeatRequest::unknown)
-        hooks_.take_seat(browser.options.student, browser.seat, ride.entry, browser.host);
+        hooks_.take_seat(browser.options.student, browser.seat, ride.entry, browser.asked);
     return {};
 }
 
@@ -343,13 +343,14 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
     }
     request.elsewhere = machine->spec.elsewhere;
     // The machine answers with an address that this browser can reach, and counts for this browser.
-    auto below_us = hooks_.public_address ? hooks_.public_address(ride.entry, browser.host) : std::string();
+    auto below_us = hooks_.public_address ? hooks_.public_address(ride.entry, browser.asked) : std::string();
     if (!below_us.empty())
         request.headers.emplace_back(core::public_address_header, std::move(below_us));
     // One with a path of its own is called by the name that polls use.
     if (!internal.empty() && !machine->spec.has_own_path) {
         bool const has_name = !ride.entry.starts_with(core::asked_name);
-        request.headers.emplace_back("Host", has_name ? std::string(authority_of(ride.entry)) : browser.host);
+        request.headers.emplace_back("Host",
+                                     has_name ? std::string(authority_of(ride.entry)) : browser.asked.host);
     }
     if (!browser.client.empty())
         request.headers.emplace_back("X-Forwarded-For", browser.client);

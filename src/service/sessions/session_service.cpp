@@ -19,6 +19,7 @@
 #include "core/pages/session_board.hpp"
 #include "core/pages/shared_page.hpp"
 #include "core/pages/viewer_defaults.hpp"
+#include "core/public_place.hpp"
 #include "core/refusals.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/simulation/public_base.hpp"
@@ -104,6 +105,11 @@ HttpResponse session_answer(std::string address)
     return response;
 }
 
+AskedAddress asked_by(IncomingRequest const& request)
+{
+    return core::asked_address(request.headers, request.is_from_proxy);
+}
+
 HttpResponse for_any_page(HttpResponse response)
 {
     response.headers.emplace_back("Access-Control-Allow-Origin", "*");
@@ -158,20 +164,21 @@ struct SessionService::Impl final : FleetObserver
     void update_availability(TimePoint now);
     core::SiteState site_state(std::size_t waiting, bool is_available, TimePoint now) const;
     bool may_ask(std::string_view quota_key, TimePoint now);
-    std::string address_of(std::string_view server, std::string_view host) const;
-    std::string machine_address(std::string_view server, std::string_view host);
-    template<class GetHost>
-    std::string place(TimePoint now, std::string_view token, core::SeatRequest seat, GetHost const& host);
-    core::StudentMachine student_machine(std::string_view entry, std::string_view host) const;
+    std::string address_of(std::string_view server, AskedAddress const& by) const;
+    std::string machine_address(std::string_view server, AskedAddress const& by);
+    template<class GetAsked>
+    std::string place(TimePoint now, std::string_view token, core::SeatRequest seat,
+                      GetAsked const& get_asked);
+    core::StudentMachine student_machine(std::string_view entry, AskedAddress const& by) const;
     bool relays(IncomingRequest const& request) const;
-    std::string own_address(std::string_view host) const;
-    std::string own_base(std::string_view host) const;
-    std::string_view path_below_us(std::string_view server) const;
-    std::string public_address(std::string_view server, std::string_view host) const;
+    std::string own_address(AskedAddress const& by) const;
+    std::string own_base(AskedAddress const& by) const;
+    std::string_view path_below_us(std::string_view server, AskedAddress const& by) const;
+    std::string public_address(std::string_view server, AskedAddress const& by) const;
     Answer client_without_upgrade(IncomingRequest const& request);
     HttpResponse too_many_asked(Duration wait) const;
     core::ForwardingTable const& forwarding_table();
-    std::string path_of_machine(std::string_view path) const;
+    std::string path_of_machine(std::string_view path, AskedAddress const& by) const;
     std::optional<Answer> pass_on(IncomingRequest const& request);
     std::optional<Answer> pass_on_below(IncomingRequest const& request) const;
     static Forward to_machine(core::ForwardTarget target);
@@ -347,8 +354,8 @@ ClientRelayHooks SessionService::Impl::relay_hooks()
         return classes.ask_for_seat(student, clock.now());
     };
     of_relay.take_seat = [this](std::string_view student, core::SeatRequest seat, std::string_view entry,
-                                std::string_view host) {
-        classes.take_seat(student, seat, student_machine(entry, host), clock.now());
+                                AskedAddress const& by) {
+        classes.take_seat(student, seat, student_machine(entry, by), clock.now());
     };
     of_relay.public_address = std::bind_front(&Impl::public_address, this);
     of_relay.supply = [this] {
@@ -423,59 +430,60 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
     return false;
 }
 
-/// Where a browser whose request had this `Host` reaches a simulation server, or what is below it.
-std::string SessionService::Impl::address_of(std::string_view server, std::string_view host) const
+/// Where a browser that has asked us so reaches a simulation server, or what is below it.
+std::string SessionService::Impl::address_of(std::string_view server, AskedAddress const& by) const
 {
-    std::string_view const scheme = params.address.ssl ? "wss://" : "ws://";
-    if (auto address = public_address(server, host); !address.empty())
+    if (auto address = public_address(server, by); !address.empty())
         return address;
-    if (!server.starts_with(core::asked_name))
-        return concat(scheme, server);
-    auto const below_us = server.substr(core::asked_name.size());
-    return below_us.starts_with(core::machine_folder)
-               ? concat(own_base(host), below_us)
-               : concat(scheme, core::machine_reached_at(server, host));
+    auto const path = core::path_in(server);
+    bool const is_where_asked = server.substr(0, server.size() - path.size()) == core::asked_name;
+    bool const is_below_us = path.starts_with(core::machine_folder) ||
+                             (params.config.gateway && core::is_placed_by_proxy(params.address, by));
+    return is_where_asked && !path.empty() && is_below_us
+               ? concat(own_base(by), path)
+               : core::machine_reached_at(server, params.address, by);
 }
 
 /// Of a machine that is reached below this server's own address. Empty: its entry says where it is.
-std::string_view SessionService::Impl::path_below_us(std::string_view server) const
+std::string_view SessionService::Impl::path_below_us(std::string_view server, AskedAddress const& by) const
 {
     auto path = paths.empty() ? std::string_view() : paths.path_of(server);
     if (!path.empty() || !params.config.gateway)
         return path;
     path = core::path_at_own_port(params.address, server);
+    if (path.empty())
+        path = core::path_behind_proxy(params.address, params.other_names, by, server);
     auto const* const machine = path.empty() ? nullptr : fleet.find(server);
     return machine && !machine->spec.internal_address.empty() ? path : std::string_view();
 }
 
 /// The same as an address. Empty: browsers reach it without us.
-std::string SessionService::Impl::public_address(std::string_view server, std::string_view host) const
+std::string SessionService::Impl::public_address(std::string_view server, AskedAddress const& by) const
 {
-    auto const path = path_below_us(server);
-    return path.empty() ? std::string() : concat(own_base(host), path);
+    auto const path = path_below_us(server, by);
+    return path.empty() ? std::string() : concat(own_base(by), path);
 }
 
-/// Where a browser whose request had this `Host` reaches this server.
-std::string SessionService::Impl::own_base(std::string_view host) const
+/// Where a browser that has asked us so reaches this server.
+std::string SessionService::Impl::own_base(AskedAddress const& by) const
 {
-    return concat(params.address.ssl ? "wss://" : "ws://",
-                  core::own_authority(params.address, params.other_names, host));
+    return core::own_base(params.address, params.other_names, by);
 }
 
 /// The same with a ticket, if need be.
-std::string SessionService::Impl::machine_address(std::string_view server, std::string_view host)
+std::string SessionService::Impl::machine_address(std::string_view server, AskedAddress const& by)
 {
-    auto address = address_of(server, host);
+    auto address = address_of(server, by);
     if (hooks.make_ticket)
         address += concat("/ticket/", hooks.make_ticket(server));
     return address;
 }
 
-/// `token` and `seat` are of a student; others have `unknown`. `host` returns the request's header, which is
-/// looked for only where this server has no name of its own.
-template<class GetHost>
+/// `token` and `seat` are of a student; others have `unknown`. `get_asked` returns where the request has
+/// asked us, which is looked for only where the address depends on that.
+template<class GetAsked>
 std::string SessionService::Impl::place(TimePoint now, std::string_view token, core::SeatRequest seat,
-                                        GetHost const& host)
+                                        GetAsked const& get_asked)
 {
     bool const is_held = seat == core::SeatRequest::held;
     auto const placement = is_held ? scheduler.place_held(now) : scheduler.place(now);
@@ -484,23 +492,23 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
         update_availability(now);
         return session_error(core::Refused::no_machine);
     }
-    bool const asks_host =
-        placement->address.starts_with(core::asked_name) || !path_below_us(placement->address).empty();
-    std::string const asked(asks_host ? host() : std::string_view());
+    bool const depends =
+        params.config.gateway || !paths.empty() || placement->address.starts_with(core::asked_name);
+    auto const by = depends ? get_asked() : AskedAddress();
     if (seat != core::SeatRequest::unknown)
-        classes.take_seat(token, seat, student_machine(placement->address, asked), now);
+        classes.take_seat(token, seat, student_machine(placement->address, by), now);
     update_availability(now);
-    return machine_address(placement->address, asked);
+    return machine_address(placement->address, by);
 }
 
-/// Where the simulators of a student will be, whose browser asked for us by `host`.
+/// Where the simulators of a student will be, whose browser has asked us so.
 core::StudentMachine SessionService::Impl::student_machine(std::string_view entry,
-                                                           std::string_view host) const
+                                                           AskedAddress const& by) const
 {
     core::StudentMachine machine;
-    auto const path = path_below_us(entry);
+    auto const path = path_below_us(entry, by);
     machine.entry = path.empty() ? std::string(entry) : concat(core::asked_name, path);
-    machine.reached_at = address_of(entry, host);
+    machine.reached_at = address_of(entry, by);
     // The gateway passes on what is below a machine's port or path, and no other ports.
     machine.is_closed = params.config.gateway && (core::public_port(entry) != 0 || !path.empty());
     return machine;
@@ -514,11 +522,11 @@ bool SessionService::Impl::relays(IncomingRequest const&) const
 
 /// What `/session` answers where this server relays. No place is taken before a browser asks for a
 /// simulation.
-std::string SessionService::Impl::own_address(std::string_view host) const
+std::string SessionService::Impl::own_address(AskedAddress const& by) const
 {
     if (!relay.takes_more(clock.now()))
         return session_error(core::Refused::no_machine);
-    return own_base(host);
+    return own_base(by);
 }
 
 Answer SessionService::Impl::client_without_upgrade(IncomingRequest const& request)
@@ -572,7 +580,7 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
 {
     if (request.method == "GET") {
         if (relays(request))
-            return session_answer(own_address(request.header("Host")));
+            return session_answer(own_address(asked_by(request)));
         auto const now = clock.now();
         auto const token = core::class_token(request.query);
         if (!may_ask(request.quota_key, now))
@@ -580,8 +588,8 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
         auto const seat = classes.ask_for_seat(token, now);
         if (seat == core::SeatRequest::too_often)
             return too_many_asked(core::class_limits::seat_interval);
-        auto const host = [&request] { return request.header("Host"); };
-        return session_answer(place(now, token, seat, host));
+        auto const get_asked = [&request] { return asked_by(request); };
+        return session_answer(place(now, token, seat, get_asked));
     }
     bool const is_head = request.method == "HEAD"; // only asks whether the server is there: takes no place
     HttpResponse response(is_head ? 200 : 204, {}, {});
@@ -868,14 +876,18 @@ core::ForwardingTable const& SessionService::Impl::forwarding_table()
     return *forwarding;
 }
 
-/// `/2000` of the path `/2000/client`, where `path_below_us` has that for a machine; empty otherwise.
-std::string SessionService::Impl::path_of_machine(std::string_view path) const
+/// `/2000` of the path `/2000/client`, where a machine can't know by itself that browsers reach it there;
+/// empty otherwise.
+std::string SessionService::Impl::path_of_machine(std::string_view path, AskedAddress const& by) const
 {
     auto const split = core::split_port_path(path);
-    if (!split || params.address.port_rewrite)
+    if (!split)
         return {};
-    auto const entry = concat(params.address.host, "/", std::to_string(split->port));
-    return std::string(path_below_us(entry));
+    auto const below_us = concat("/", std::to_string(split->port));
+    if (core::is_placed_by_proxy(params.address, by))
+        return below_us;
+    bool const is_at_own_port = !path_below_us(concat(params.address.host, below_us), by).empty();
+    return is_at_own_port ? below_us : std::string();
 }
 
 /// To the simulation server whose port the path begins with.
@@ -887,12 +899,14 @@ std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& reque
     if (!target)
         return pass_on_below(request);
     auto forward = to_machine(std::move(*target));
-    // A machine with our name knows our port from us alone.
-    if (auto const path = path_of_machine(request.path); !path.empty())
-        forward.headers.emplace_back(core::public_address_header,
-                                     concat(own_base(request.header("Host")), path));
-    if (forward.kind == UpstreamKind::simulation) // as a simulation server's gateway says of them
+    if (forward.kind == UpstreamKind::simulation) { // as a simulation server's gateway says of them
         forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
+        return forward;
+    }
+    // A machine with our name knows our port, or our path, from us alone.
+    auto const by = asked_by(request);
+    if (auto const path = path_of_machine(request.path, by); !path.empty())
+        forward.headers.emplace_back(core::public_address_header, concat(own_base(by), path));
     return forward;
 }
 
@@ -931,7 +945,7 @@ std::optional<Answer> SessionService::Impl::pass_on_below(IncomingRequest const&
     forward.headers.emplace_back("Host", std::move(host));
     forward.headers.emplace_back("Origin", "");
     forward.headers.emplace_back(core::public_address_header,
-                                 concat(own_base(request.header("Host")), found->path));
+                                 concat(own_base(asked_by(request)), found->path));
     return forward;
 }
 
@@ -965,21 +979,21 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
     if (info.path == "/client")
         return impl_->relay.serve(std::move(info), channel);
     if (info.path == "/session" && impl_->params.config.relay && impl_->hooks.websockets)
-        return impl_->say_place(impl_->own_address(info.host), channel);
+        return impl_->say_place(impl_->own_address(info.asked), channel);
     if (info.path == "/session") {
         auto const now = impl_->clock.now();
         auto const token = core::class_token(info.query);
-        auto const host = [&info] { return std::string_view(info.host); };
+        auto const get_asked = [&info]() -> AskedAddress const& { return info.asked; };
         auto const seat = impl_->may_ask(info.quota_key, now) ? impl_->classes.ask_for_seat(token, now)
                                                               : core::SeatRequest::too_often;
         return impl_->say_place(seat == core::SeatRequest::too_often
                                     ? session_error(core::Refused::too_many_starts)
-                                    : impl_->place(now, token, seat, host),
+                                    : impl_->place(now, token, seat, get_asked),
                                 channel);
     }
     if (info.path == "/class")
         return impl_->classes.serve(std::move(info), channel);
-    auto name = concat("[", core::printable(info.host, 100), "] ");
+    auto name = concat("[", core::printable(info.asked.host, 100), "] ");
     impl_->log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
     return impl_->show_availability(std::move(name), std::move(info), channel);
 }

@@ -379,7 +379,7 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, Channe
     auto const executor = co_await asio::this_coro::executor;
     auto const session = std::make_shared<SimulationSession>(context, executor, id, std::move(info.quota_key),
                                                              std::move(request));
-    session->set_asked(std::move(info.host), std::move(info.public_address));
+    session->set_asked(std::move(info.asked), std::move(info.public_address));
     sessions.emplace(id, session);
     co_await session->run(channel);
     forget_if_over(*session);
@@ -417,7 +417,7 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, Chann
     context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
                                                 std::to_string(session->id())));
     bool const is_told = info.is_from_proxy && core::parse_public_base(info.public_address);
-    session->set_asked(std::move(info.host), is_told ? std::move(info.public_address) : std::string());
+    session->set_asked(std::move(info.asked), is_told ? std::move(info.public_address) : std::string());
     co_await session->resume(channel);
     forget_if_over(*session);
 }

@@ -363,7 +363,8 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
                         ? core::parse_public_base(request.header(core::public_address_header))
                         : std::nullopt;
         if (!base)
-            base = core::public_base(core::reached_at(context_.params.address, request.header("Host")));
+            base = core::public_base(core::reached_at(
+                context_.params.address, core::asked_address(request.headers, request.is_from_proxy)));
         forward.headers.emplace_back("Host", core::gateway_authority(*base, address_token_, ready_.port));
         // Webots says so of files, but not of pictures, which pages read to notice when they grow old.
         forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
@@ -709,11 +710,16 @@ void SimulationSession::extend(Duration by, Channel& channel)
 /// The simulation is ready: sends its address, and the token with which the browser can return.
 void SimulationSession::announce(Channel& channel)
 {
-    auto const address = core::reached_at(context_.params.address, asked_host_);
-    auto const base = public_base_.empty() ? core::public_base(address) : public_base_;
-    (void)channel.send(ready_.through_gateway
-                           ? core::webots_gateway_message(base, address_token_, ready_.port)
-                           : core::webots_message(address, ready_.port));
+    auto const& own = context_.params.address;
+    if (ready_.through_gateway) {
+        auto const base =
+            public_base_.empty() ? core::public_base(core::reached_at(own, asked_)) : public_base_;
+        (void)channel.send(core::webots_gateway_message(base, address_token_, ready_.port));
+    } else { // at a port of which no proxy's word about this server says anything
+        AskedAddress by_host;
+        by_host.host = asked_.host;
+        (void)channel.send(core::webots_message(core::reached_at(own, by_host), ready_.port));
+    }
     if (!token_.empty())
         (void)channel.send(core::reconnect_token_message(token_));
 }

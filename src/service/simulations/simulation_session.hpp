@@ -108,11 +108,11 @@ public:
     /// No browser can return to it. Once `run` or `resume` has ended as well, nothing is left of it.
     bool is_over() const noexcept { return life_.is_over(); }
 
-    /// How its browser calls this server: the Host header of its connection, and where it reaches us through
-    /// a session server (`public_address_header`), if it does.
-    void set_asked(std::string host, std::string public_base)
+    /// Where its browser has asked for this server, and where it reaches us through a session server
+    /// (`public_address_header`), if it does.
+    void set_asked(AskedAddress asked, std::string public_base)
     {
-        asked_host_ = std::move(host);
+        asked_ = std::move(asked);
         public_base_ = std::move(public_base);
     }
 
@@ -211,7 +211,7 @@ private:
     SessionContext& context_;
     std::uint64_t id_;
     std::string quota_key_; ///< Of the client that started it, also when it returns from elsewhere.
-    std::string asked_host_;
+    AskedAddress asked_;
     std::string public_base_;
     core::SimulationRequest request_;
     core::SimulationLife life_;

@@ -102,7 +102,7 @@
   // `template`: the link for machines that browsers reach directly. One that the session server calls localhost is on the machine
   // that this page comes from.
   function monitorOf(address, template) {
-    const port = address.split("/")[1];
+    const [, port] = /\/(\d+)$/.exec(address) ?? [];
     if (table.hasAttribute("data-gateway") && port)
       return `${port}/monitor`;
     const link = template.replace("{address}", address);

@@ -51,6 +51,23 @@ BOOST_AUTO_TEST_CASE(with_ports_in_paths_simulators_are_beside_the_machine)
     BOOST_TEST(simulator_entry("wss://h/20001/simulation/abc/2001", machine).empty());
 }
 
+BOOST_AUTO_TEST_CASE(the_path_of_a_proxy_is_for_each_browser_to_be_told)
+{
+    StudentMachine const below{"*/2000", "wss://h/webots/2000", true};
+    BOOST_TEST(simulator_entry("wss://h/webots/2000/simulation/abc/2001", below) ==
+               "*/2000/simulation/abc/2001");
+    for (auto const* other : {"wss://h/2000/simulation/abc/2001", "wss://h/webots/2001",
+                              "wss://h/other/2000/simulation/abc/2001", "wss://h/webots/2000"})
+        BOOST_TEST(simulator_entry(other, below).empty(), other);
+    StudentMachine const python{"h/webots_simulation_server", "wss://h/webots_simulation_server"};
+    BOOST_TEST(simulator_entry("wss://h/webots_simulation_server/2001", python) ==
+               "h/webots_simulation_server/2001");
+    BOOST_TEST(simulator_entry("wss://h/webots_simulation_server/simulation/abc/2001", python) ==
+               "h/webots_simulation_server/simulation/abc/2001");
+    for (auto const* other : {"wss://h/2001", "wss://h/other/2001", "wss://h/webots_simulation_server/x"})
+        BOOST_TEST(simulator_entry(other, python).empty(), other);
+}
+
 BOOST_AUTO_TEST_CASE(a_host_that_the_student_chose_is_not_kept)
 {
     BOOST_TEST(simulator_entry("ws://evil.example:2001", {"*:2000", "ws://evil.example:2000"}) == "*:2001");

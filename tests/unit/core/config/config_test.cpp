@@ -88,7 +88,7 @@ BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
         return session_error(R"({"port":1,"simulationServers":["a:1",)" + std::string(entry) + "]}");
     };
     std::string const where = "c.json: key \"simulationServers\", entry 2: ";
-    std::string const address = "\"host:port\" or \"host/port\", with a port from 1 to 65535, "
+    std::string const address = "\"host:port\", \"host/port\" or \"host/path\", with a port from 1 to 65535, "
                                 "\"dns:name:port\", \"srv:service name\" or \"announced\"";
     BOOST_TEST(error(R"({"address":"a:2","weight":0})") ==
                where + "key \"weight\": expected a number from 0.001 to 1000000, found the number 0");
@@ -283,12 +283,31 @@ BOOST_AUTO_TEST_CASE(an_address_of_a_simulation_server_is_a_host_and_a_port)
             .has_value();
     };
     for (auto const* good :
-         {"a:1", "a.example.org/65535", "127.0.0.1:24000", "[::1]:24000", "proxy:8443/2000"})
+         {"a:1", "a.example.org/65535", "127.0.0.1:24000", "[::1]:24000", "proxy:8443/2000",
+          "sub.example/webots_simulation_server", "sub.example:8443/webots", "a/b/2000"})
         BOOST_TEST(is_good(good), good);
-    for (auto const* bad :
-         {"http://localhost:24000", "https://localhost/2000", "localhost:99999", "localhost:65536",
-          "localhost:0", "localhost/0", "a/b/2000", "a//2000", "/2000", ":2000", "a:", "a:2x", "a:-1",
-          "::1:2000", "[]:1", "[::1:2]:x", "[1.2]:1", "me@a:1", "a b:1"})
+    for (auto const* bad : {"http://localhost:24000",
+                            "https://localhost/2000",
+                            "localhost:99999",
+                            "localhost:65536",
+                            "localhost:0",
+                            "localhost/0",
+                            "a/b/0",
+                            "a//2000",
+                            "a/b/",
+                            "a/../b",
+                            "a/b c",
+                            "/2000",
+                            ":2000",
+                            "a:",
+                            "a:2x",
+                            "a:-1",
+                            "::1:2000",
+                            "[]:1",
+                            "[::1:2]:x",
+                            "[1.2]:1",
+                            "me@a:1",
+                            "a b:1"})
         BOOST_TEST(!is_good(bad), bad);
     for (auto const* other_spelling : {"localhost:02000", "localhost/02000"})
         BOOST_TEST(!is_good(other_spelling), other_spelling);
@@ -770,13 +789,42 @@ BOOST_AUTO_TEST_CASE(the_name_of_a_server_is_a_host)
     BOOST_TEST(error("http://x.org") ==
                "c.json: key \"server\": expected the name of a host, as in "
                "\"sim.example.org\", found the string \"http://x.org\": write \"x.org\"");
-    for (auto const* bad : {"x.org/", "x y", "x.org:port"})
+    BOOST_TEST(
+        error("x.org/webots/") ==
+        "c.json: key \"server\": expected the name of a host, or one with a path of at most 100 letters, "
+        "digits, \"-\", \"_\", \".\" and \"~\", as in \"sim.example.org/webots\", found the string "
+        "\"x.org/webots/\": write \"x.org/webots\"");
+    BOOST_TEST(error("https://x.org/webots").ends_with(": write \"x.org/webots\""));
+    for (auto const* bad : {"x.org/", "x y", "x.org:port", "x.org/a b", "x.org/..", "x y/webots"})
         BOOST_TEST(!error(bad).empty(), bad);
-    for (auto const* good : {"x.org", "x.org:8443", "127.0.0.1", "[::1]", ""})
+    for (auto const* good : {"x.org", "x.org:8443", "127.0.0.1", "[::1]", "", "x.org/webots", "*/webots"})
         BOOST_TEST(error(good) == "", good);
     BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a/1"],"server":"https://x.org"})")
                    .find("key \"server\"") != std::string::npos);
     BOOST_TEST(!parse_simulation_config(R"({"fullyQualifiedDomainName":"https://x.org"})", "c.json"));
+}
+
+// As the Python servers take it.
+BOOST_AUTO_TEST_CASE(a_site_below_a_path_has_it_in_its_names_without_a_complaint)
+{
+    auto const simulation =
+        parse_simulation_config(R"({"server":"sub.example/webots_simulation_server","ssl":true})", "c.json");
+    BOOST_TEST(simulation->config.address.host == "sub.example");
+    BOOST_TEST(simulation->config.address.path == "/webots_simulation_server");
+    BOOST_TEST(simulation->warnings.empty());
+    auto const session = parse_session_config(
+        R"({"port":1999,"server":"sub.example/webots","ssl":true,
+            "simulationServers":["sub.example/webots_simulation_server","localhost/webots",
+            {"address":"sub.example/webots/2000","internal":"127.0.0.1:2000"}]})",
+        "c.json");
+    BOOST_TEST(session->config.address.host == "sub.example");
+    BOOST_TEST(session->config.address.path == "/webots");
+    BOOST_TEST(session->config.service.gateway);
+    BOOST_TEST(session->warnings.empty());
+    BOOST_TEST(
+        parse_simulation_config(R"({"server":"x:8443/webots","ssl":false,"portRewrite":false})", "c.json")
+            ->warnings.empty(),
+        "no port follows a path");
 }
 
 // What the rows of the table of keys alone don't say, a row each; `config_reload_test` tries every key.

@@ -129,14 +129,17 @@ BOOST_AUTO_TEST_CASE(clocks_may_differ_by_two_minutes)
 BOOST_AUTO_TEST_CASE(what_is_no_machine_for_browsers_is_refused)
 {
     AnnouncedMachines machines;
-    for (auto const* const machine : {"localhost:2000", "127.0.0.1:2000", "[::1]:2000", "169.254.1.1:2000",
-                                      "a", "a:0", ":2000", "a b:2000", "a@b:2000", "dns:a:2000", "[x]/1:2"})
+    for (auto const* const machine :
+         {"localhost:2000", "127.0.0.1:2000", "[::1]:2000", "169.254.1.1:2000", "a", "a:0", ":2000",
+          "a b:2000", "a@b:2000", "dns:a:2000", "[x]/1:2", "a/", "a//b", "a/../b", "a/02000", "a:1/b"})
         BOOST_TEST((machines.take(announcement(machine), false, now, wall) == AnnouncementVerdict::refused),
                    machine);
     BOOST_TEST(
         (machines.take(announcement("localhost:2000"), true, now, wall) == AnnouncementVerdict::accepted));
-    BOOST_TEST((machines.take(announcement("[2001:db8::2]:2000"), false, now, wall) ==
-                AnnouncementVerdict::accepted));
+    for (auto const* const machine :
+         {"[2001:db8::2]:2000", "a/2000", "a.example.org/webots", "a/webots/2000"})
+        BOOST_TEST((machines.take(announcement(machine), false, now, wall) == AnnouncementVerdict::accepted),
+                   machine);
 }
 
 BOOST_AUTO_TEST_CASE(there_is_a_limit_for_all_together)

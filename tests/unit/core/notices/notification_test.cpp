@@ -83,6 +83,8 @@ BOOST_AUTO_TEST_CASE(the_link_says_https_iff_ssl_and_a_slash_iff_ports_are_rewri
     BOOST_TEST(core::monitor_url(address) == "https://h.org:1999/monitor");
     address.ssl = false;
     BOOST_TEST(core::monitor_url(address) == "http://h.org:1999/monitor");
+    address.path = "/webots";
+    BOOST_TEST(core::monitor_url(address) == "http://h.org/webots/monitor");
     address = PublicAddress();
     address.port = 80;
     address.ssl = false;

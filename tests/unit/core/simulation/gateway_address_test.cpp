@@ -117,15 +117,16 @@ BOOST_AUTO_TEST_CASE(a_path_with_a_key_is_known_wherever_a_proxy_puts_it)
 BOOST_AUTO_TEST_CASE(an_address_that_a_gateway_says_is_taken_as_it_is_or_not_at_all)
 {
     for (auto const* good : {"wss://sim.example.org/machine/abc", "ws://[fd00::1]:1999/machine/abc",
-                             "wss://sim.example.org:8443/1999/machine/abc", "ws://localhost"}) {
+                             "wss://sim.example.org:8443/1999/machine/abc",
+                             "wss://sim.example.org/web.ots/2000", "ws://localhost"}) {
         BOOST_TEST(parse_public_base(good).value() == good);
         auto const announced = webots_gateway_message(good, "abc", 2001);
         BOOST_TEST(editor_of(announced) == webots_gateway_message(good, "abc", 2501));
     }
     for (auto const* bad :
          {"", "sim.example.org", "https://sim.example.org", "wss://", "wss:///machine", "wss://a@b/machine",
-          "wss://a/machine/", "wss://a/", "wss://a/b?c", "wss://a/b#c", "wss://a/%2e", "wss://a/../b",
-          "wss://a b/c", "wss://a/b\r\nc", "javascript:alert(1)"})
+          "wss://a/machine/", "wss://a/", "wss://a//b", "wss://a/b?c", "wss://a/b#c", "wss://a/%2e",
+          "wss://a/../b", "wss://a b/c", "wss://a/b\r\nc", "javascript:alert(1)"})
         BOOST_TEST(!parse_public_base(bad), bad);
     BOOST_TEST(!parse_public_base("wss://" + std::string(400, 'a')));
 }

@@ -79,7 +79,7 @@ struct Fixture
         ChannelInfo info;
         info.path = std::move(path);
         info.query = std::move(query);
-        info.host = std::move(host);
+        info.asked.host = std::move(host);
         info.quota_key = "203.0.113.7";
         tasks.spawn(service.serve_websocket(std::move(info), browser));
         world.settle();

@@ -115,7 +115,7 @@ struct Fixture
         auto& browser = browsers.emplace_back(world.executor());
         ChannelInfo info;
         info.path = "/client";
-        info.host = "localhost:1999";
+        info.asked.host = "localhost:1999";
         info.client = info.quota_key = std::move(client);
         conversations.spawn(service.serve_websocket(std::move(info), browser));
         world.settle();
@@ -136,7 +136,7 @@ struct Fixture
         auto& browser = browsers.emplace_back(world.executor());
         ChannelInfo info;
         info.path = "/class";
-        info.host = "localhost:1999";
+        info.asked.host = "localhost:1999";
         info.quota_key = "192.0.2.1";
         conversations.spawn(service.serve_websocket(std::move(info), browser));
         world.settle();

@@ -84,7 +84,7 @@ struct Fixture
         ChannelInfo info;
         info.path = std::move(path);
         info.query = std::move(query);
-        info.host = "localhost:1999";
+        info.asked.host = "localhost:1999";
         info.client = "203.0.113.7";
         info.quota_key = client;
         tasks.spawn(service.serve_websocket(std::move(info), browser));
@@ -1087,6 +1087,65 @@ BOOST_AUTO_TEST_CASE(visitors_of_an_unusual_port_are_sent_to_machines_at_that_po
     HttpHeaders const told{{"Webots-Cloud-Untrusted", "1"},
                            {"Webots-Cloud-Address", "wss://sim.example.org:8443/2000"}};
     BOOST_TEST((forward.headers == told));
+}
+
+namespace {
+
+using Fields = std::vector<std::pair<std::string_view, std::string_view>>;
+
+/// Of a request that has passed a trusted proxy.
+struct ProxiedRequest : IncomingRequest
+{
+    ProxiedRequest(std::string_view of, Fields const& fields)
+    {
+        method = "GET";
+        path = of;
+        headers = fields;
+        is_from_proxy = true;
+    }
+};
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(behind_a_proxy_that_has_the_site_below_a_path_everything_is_below_it)
+{
+    SessionServiceParams params;
+    params.config.gateway = true;
+    params.address.host = "sim.example.org";
+    params.address.port = 1999;
+    params.address.ssl = false;
+    Fixture fixture(params);
+    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
+    fixture.start({});
+    ServerSpec server("sim.example.org/2000");
+    server.internal_address = "10.0.0.2:2000";
+    fixture.fleet.set({server});
+    fixture.world.settle();
+    Fields const said{
+        {"Host", "sim.example.org"}, {"X-Forwarded-Prefix", "/webots"}, {"X-Forwarded-Proto", "https"}};
+    ProxiedRequest request("/session", said);
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).body ==
+               "wss://sim.example.org/webots/2000");
+    request.is_from_proxy = false;
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).body == "ws://sim.example.org/2000");
+    // The machine can't know the path.
+    ProxiedRequest to_machine("/2000/client", said);
+    HttpHeaders const told{{"Webots-Cloud-Untrusted", "1"},
+                           {"Webots-Cloud-Address", "wss://sim.example.org/webots/2000"}};
+    BOOST_TEST((std::get<Forward>(fixture.service.respond(to_machine)).headers == told));
+    to_machine.is_from_proxy = false;
+    BOOST_TEST(std::get<Forward>(fixture.service.respond(to_machine)).headers.size() == 1u);
+
+    params.address.path = "/named"; // by a reload
+    params.address.ssl = true;
+    fixture.service.apply(params);
+    server.address = "sim.example.org/named/2000";
+    fixture.fleet.set({server});
+    fixture.world.settle();
+    Fields const silent{{"Host", "127.0.0.1:1999"}};
+    ProxiedRequest named("/session", silent);
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(named)).body ==
+               "wss://sim.example.org/named/2000");
 }
 
 BOOST_AUTO_TEST_CASE(the_gateway_knows_machines_that_come_and_go_one_by_one)

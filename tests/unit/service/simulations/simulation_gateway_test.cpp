@@ -122,6 +122,33 @@ BOOST_AUTO_TEST_CASE(
     fixture.leave(browser);
 }
 
+BOOST_AUTO_TEST_CASE(a_simulation_is_announced_below_the_path_of_a_trusted_proxy)
+{
+    Fixture fixture;
+    ChannelInfo info;
+    info.path = "/client";
+    info.asked.host = "host.org";
+    info.asked.path = "/webots";
+    info.asked.tls = true;
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.connect_as(info);
+    browser.browser_says(std::string(begin));
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == "webots:wss://host.org/webots/simulation/secreta/2001");
+    Headers const headers{{"Host", "host.org"}, {"X-Forwarded-Prefix", "/webots"}};
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/simulation/secreta/2001/a.png";
+    request.headers = headers;
+    auto const host_for_webots = [&] {
+        return std::get<Forward>(fixture.service.respond(request)).headers.front().second;
+    };
+    BOOST_TEST(host_for_webots() == "host.org:2000/simulation/secreta/2001");
+    request.is_from_proxy = true;
+    BOOST_TEST(host_for_webots() == "host.org/webots/simulation/secreta/2001");
+    fixture.leave(browser);
+}
+
 // A ticket that was not used is as good as a new one.
 BOOST_AUTO_TEST_CASE(a_proxy_that_leaves_upgrade_out_is_named_in_the_log_and_a_ticket_is_not)
 {
