@@ -52,6 +52,7 @@ struct Project
     std::string webots_yml;   ///< The beginning of its `webots.yml`, or else `webots.yaml`: at most 64 KiB.
     std::string revision;     ///< The version that was fetched: a commit, for instance.
     std::string notice;       ///< A sentence for the user, or empty.
+    std::vector<std::string> forbidden; ///< Files that it lacks: see `FetchedProject::forbidden`.
 };
 
 /// Fetches projects into instance directories. Each source limits how many it fetches at a time, so that a

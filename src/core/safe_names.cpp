@@ -61,18 +61,23 @@ bool is_dot_git(std::string_view name)
     return equal_ignoring_case(word, ".git") || equal_ignoring_case(word, "git~1");
 }
 
+bool is_harmless_file_name(std::string_view name)
+{
+    constexpr std::string_view forbidden("/\\\0", 3);
+    return !name.empty() && name.size() <= max_file_name && name != "." && name != ".." &&
+           name.find_first_of(forbidden) == std::string_view::npos &&
+           !(may_begin_dot_git(name.front()) && is_dot_git(name));
+}
+
 bool is_safe_file_name(std::string_view name)
 {
-    auto const forbidden = [](char c) { return c == '/' || c == '\\' || is_control(c); };
-    return !name.empty() && name.size() <= max_file_name && name != "." && name != ".." && is_utf8(name) &&
-           std::none_of(name.begin(), name.end(), forbidden) &&
-           !(may_begin_dot_git(name.front()) && is_dot_git(name));
+    return is_harmless_file_name(name) && is_utf8(name) && std::none_of(name.begin(), name.end(), is_control);
 }
 
 bool link_stays_inside(std::string_view target, std::size_t depth)
 {
     if (target.empty() || target.size() > 1023 || target.front() == '/' ||
-        std::any_of(target.begin(), target.end(), is_control))
+        target.find('\0') != std::string_view::npos)
         return false;
     bool descending = false;
     for (auto const part : split(target, '/')) {

@@ -13,8 +13,14 @@ constexpr std::size_t max_file_name = 255;
 /// code points that HFS+ ignores.
 bool is_dot_git(std::string_view name);
 
-/// True when a file or folder may have this name: one path segment of well-formed UTF-8, at most
-/// `max_file_name` bytes, without control characters and backslashes, neither `.` nor `..`, and no `.git`.
+/// True when a file or folder of somebody's project may have this name: one path segment of at most
+/// `max_file_name` bytes, without backslashes and zeros, neither `.` nor `..`, and no `.git`. Other bytes are
+/// the owner's business: `Icon` and a carriage return is a file of macOS, and old names are in Latin-1. So it
+/// is printed by `printable` only.
+bool is_harmless_file_name(std::string_view name);
+
+/// True when a name that somebody writes to us, in an address or a message, is that of a file: a harmless
+/// one, and text, which is well-formed UTF-8 without control characters.
 bool is_safe_file_name(std::string_view name);
 
 /// True when a symbolic link that lies `depth` folders below the root of what is given out provably stays

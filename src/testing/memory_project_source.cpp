@@ -35,6 +35,7 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
     fetched.revision = "0123456789";
     fetched.world_header = found->second;
     fetched.notice = notice;
+    fetched.forbidden = forbidden;
     fetched.webots_yml = webots_yml;
     co_return fetched;
 }

@@ -55,7 +55,7 @@ void check(std::vector<core::GitLayoutItem> const& items, core::GitLayoutLimits 
         auto const slash = item.path.rfind('/');
         auto const inside = slash == std::string::npos ? std::string() : item.path.substr(0, slash);
         fuzz::require(folders.count(inside) > 0);
-        fuzz::require(!core::is_dot_git(std::string_view(item.path).substr(slash + 1)));
+        fuzz::require(core::is_harmless_file_name(std::string_view(item.path).substr(slash + 1)));
         if (item.kind == Kind::folder)
             folders.insert(item.path);
     }
@@ -84,6 +84,7 @@ void layout(std::string_view recipe)
         asked = 0;
         auto const items = core::lay_out_git_folder(*way, limits, lookup);
         fuzz::require(asked <= limits.items + 1);
+        fuzz::require(way->forbidden.size() <= core::GitWay::max_forbidden);
         if (items)
             check(*items, limits, static_cast<std::size_t>(depth));
     }

@@ -36,6 +36,10 @@ REPOSITORIES = {
         ".gitmodules": '[submodule "module"]\n\tpath = module\n\turl = ../module\n'}),
     "names": ("projects/-rf", {
         "projects/-rf/worlds/a.wbt": WORLD, "$(touch evil)": "x", "projects/a b": "y", "projects/'": "z", "CON": "c"}),
+    "odd names": ("projects/arm", {
+        "projects/arm/worlds/a.wbt": WORLD, "projects/arm/Icon\r": "", "projects/arm/textures/h\udcf6he.png": "p", "projects/arm/a\nb/c\td": "n",
+        "projects/arm/\x1b[2J": ("100755", "e"), "projects/arm/'&#[]%!\"": "q", "projects/arm/\u202egnp": ("120000", "Icon\r"), "Icon\r": "i", "h\udcf6he": "h",
+        "projects/arm/to": ("120000", "textures/h\udcf6he.png")}),
 }
 ARM = "projects/arm/"
 LARGE = bytes(9_000_000)  # more than the files of the folders above may have together; what counts is how large it is unpacked
@@ -280,7 +284,7 @@ class HostileParentsTest(GitCase):
         evil = self.blob(b"evil")
         for mode in ("100644", "120000"):
             beside = [(mode, name, evil) for name in
-                      ("..", ".", ".git", ".GIT", "git~1", "../evil", "/tmp/evil", "..\\evil", "a\nb", ".g\u200cit", "x" * 256)]
+                      ("..", ".", ".git", ".GIT", "git~1", "../evil", "/tmp/evil", "..\\evil", ".g\u200cit", "x" * 256)]
             self.assertEqual(set(self.fetch([*beside, ("100644", "good", evil)])), self.OWN | {"good", "p/good"})
 
     def test_links_in_the_place_of_a_folder_or_a_file_are_not_followed(self):

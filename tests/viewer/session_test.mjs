@@ -788,6 +788,15 @@ test('how far a project is on its way is said in the language of the page', asyn
   assert.deepEqual(told.slice(0, 2).map(({ percent }) => percent), [42, 7]);
 });
 
+test('what the server has left out of the project goes to the console', async () => {
+  fresh();
+  await run();
+  const told = [];
+  session.addEventListener('output', ({ detail }) => told.push(detail));
+  server.lease.says('stderr:"a: b/.GIT" of the project is left out.');
+  assert.deepEqual(told, [{ stream: 'stderr', line: '"a: b/.GIT" of the project is left out.' }]);
+});
+
 test('the end is announced, and put off where the operator allows it', async () => {
   fresh();
   await run();

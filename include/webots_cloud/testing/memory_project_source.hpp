@@ -43,6 +43,7 @@ public:
     RefMeaning refs = RefMeaning::git;
     std::vector<std::uint32_t> in_cache; ///< What `cached` says.
     std::string notice;                  ///< The notice of what is fetched.
+    std::vector<std::string> forbidden;  ///< What what is fetched lacks.
     std::string webots_yml;              ///< The settings of what is fetched.
     bool large_files = false;            ///< The progress of fetches shows large files (Git LFS).
     bool waits = false;                  ///< The progress of fetches shows that they wait for others.

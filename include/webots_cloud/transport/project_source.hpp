@@ -82,6 +82,8 @@ struct FetchedProject
         webots_yml; ///< The beginning of `webots.yml`, or else `webots.yaml`, in the root: at most 64 KiB.
     std::string
         notice; ///< A sentence for the user, for instance that the project may be out of date; or empty.
+    /// What it lacks, since its names could do harm: printable paths, at most 16.
+    std::vector<std::string> forbidden;
 };
 
 /// One file to put back as it was fetched.

@@ -124,6 +124,7 @@ result<> GitDownload::lay_out(core::GitTarget const& target)
         return layout.error();
     layout_ = std::move(*layout);
     left_out_ = way->left_out;
+    forbidden_ = std::move(way->forbidden);
     parents_.emplace(layout_, *staging_, donors_);
     watching_.emplace(*staging_, *parents_);
     return {};
@@ -280,6 +281,7 @@ result<> GitDownload::unpack()
     if (!index)
         return index.error();
     index_ = std::move(*index);
+    index_.forbidden = std::move(forbidden_);
     return {};
 }
 

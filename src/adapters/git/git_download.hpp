@@ -111,7 +111,8 @@ private:
     std::string folder_; ///< Of the target.
     std::optional<GitProof> proof_;
     Layout layout_;
-    bool left_out_ = false; ///< The files of the folders above the project.
+    std::vector<std::string> forbidden_; ///< As in `core::GitWay`.
+    bool left_out_ = false;              ///< The files of the folders above the project.
     std::optional<GitParentFiles> parents_;
     std::optional<GitStaging::Watching> watching_;
     FileDescriptor files_;

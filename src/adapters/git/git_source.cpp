@@ -220,6 +220,7 @@ private:
         project.revision = to_hex(snapshot.target.commit);
         project.world_header = std::move(*header);
         project.webots_yml = adapters::read_webots_yml(project.root);
+        project.forbidden = snapshot.index.forbidden;
         return project;
     }
 

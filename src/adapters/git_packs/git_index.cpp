@@ -2,6 +2,7 @@
 
 #include "git_digest.hpp"
 
+#include "core/git/git_layout.hpp"
 #include "core/git/git_lfs_pointer.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
@@ -16,10 +17,11 @@ using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
 constexpr std::string_view first_line =
-    "webots_cloud folder 3"; // a cache of another version is fetched again
+    "webots_cloud folder 4"; // a cache of another version is fetched again
 constexpr std::string_view last_line = "end";
 constexpr std::string_view letters = "fxld"; // in the order of Kind
 constexpr std::string_view large_letters = "FX";
+constexpr std::string_view forbidden_mark = "- ";
 
 result<GitIndex> malformed()
 {
@@ -29,7 +31,26 @@ result<GitIndex> malformed()
 bool is_safe_path(std::string_view path)
 {
     auto const parts = core::split(path, '/');
-    return std::all_of(parts.begin(), parts.end(), core::is_safe_file_name);
+    return std::all_of(parts.begin(), parts.end(), core::is_harmless_file_name);
+}
+
+/// One line is one path: a newline in it is written `\n`, since no name has a backslash of its own.
+std::string written(std::string_view path)
+{
+    std::string text;
+    for (char const c : path)
+        text.append(c == '\n' ? "\\n" : std::string_view(&c, 1));
+    return text;
+}
+
+/// The path; what `written` does not write stays as it is, and is no path.
+std::string read(std::string_view text)
+{
+    constexpr std::string_view newline = "\\n";
+    std::string path(text);
+    for (auto at = path.find(newline); at != std::string::npos; at = path.find(newline, at + 1))
+        path.replace(at, newline.size(), "\n");
+    return path;
 }
 
 std::string to_hex(std::string_view text)
@@ -87,7 +108,7 @@ bool parse_entry(std::string_view line, GitIndexEntry& entry)
     auto rest = line.substr(static_cast<std::size_t>(end - line.data()) + 1);
     if (is_large && !take_pointer(rest, entry))
         return false;
-    entry.path = rest;
+    entry.path = read(rest);
     return is_safe_path(entry.path);
 }
 
@@ -96,13 +117,15 @@ bool parse_entry(std::string_view line, GitIndexEntry& entry)
 std::string write_index(GitIndex const& index)
 {
     auto text = concat(first_line, "\n");
+    for (auto const& path : index.forbidden)
+        text.append(concat(forbidden_mark, path, "\n"));
     for (auto const& entry : index.entries) {
         auto const is_large = !entry.pointer.empty();
         text += (is_large ? large_letters : letters)[static_cast<std::size_t>(entry.kind)];
         text.append(concat(" ", to_hex(entry.id), " ", std::to_string(entry.size), " "));
         if (is_large)
             text.append(to_hex(entry.pointer)).append(" ");
-        text.append(entry.path).append("\n");
+        text.append(written(entry.path)).append("\n");
     }
     return text.append(last_line).append("\n");
 }
@@ -114,7 +137,14 @@ result<GitIndex> parse_index(std::string_view text)
         !lines.back().empty())
         return malformed();
     GitIndex index;
-    for (std::size_t i = 1; i + 2 < lines.size(); ++i) {
+    std::size_t i = 1;
+    for (; lines[i].starts_with(forbidden_mark); ++i) {
+        auto const path = lines[i].substr(forbidden_mark.size());
+        if (!core::is_printable(path) || index.forbidden.size() == core::GitWay::max_forbidden)
+            return malformed();
+        index.forbidden.emplace_back(path);
+    }
+    for (; i + 2 < lines.size(); ++i) {
         GitIndexEntry entry;
         if (!parse_entry(lines[i], entry))
             return malformed();

@@ -20,7 +20,7 @@ struct GitIndexEntry
     core::GitTreeEntry::Kind kind = core::GitTreeEntry::Kind::file; ///< Never `submodule`.
     core::GitObjectId id;
     std::uint64_t size = 0; ///< Of a file, in bytes.
-    std::string path;       ///< Relative to the repository's root, safe.
+    std::string path;       ///< Relative to the repository's root, harmless.
     std::string pointer;    ///< Of a large file (Git LFS): what git has in its place. Else empty.
 };
 
@@ -28,9 +28,12 @@ struct GitIndex
 {
     std::vector<GitIndexEntry> entries;
     std::uint64_t bytes = 0; ///< Of all files.
+    /// What the project lacks for its names, printable: see `core::GitWay::forbidden`.
+    std::vector<std::string> forbidden;
 };
 
-/// The text of an index file: a line of its own, one line per entry, a line that ends it.
+/// The text of an index file: a line of its own, one for each name that is forbidden, one per entry, a line
+/// that ends it.
 std::string write_index(GitIndex const& index);
 
 /// Errors: `protocol_error` for anything that `write_index` would not have written.

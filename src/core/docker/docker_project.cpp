@@ -21,7 +21,7 @@ namespace {
 
 /// Nothing that means something between quotes: neither in `.env`, where compose looks for `$`, `\` and `"`,
 /// nor to those who split command lines.
-bool is_harmless_file_name(std::string_view name)
+bool is_harmless_world_name(std::string_view name)
 {
     return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
         return is_letter(c) || is_digit(c) || static_cast<unsigned char>(c) >= 0x80 ||
@@ -172,7 +172,7 @@ std::string compose_project(std::string_view identity, std::string_view label, s
 
 result<std::string> env_file(DockerEnvironment const& environment)
 {
-    if (!is_harmless_file_name(environment.world))
+    if (!is_harmless_world_name(environment.world))
         return refused(Refused::bad_world_name, {{"file", printable(environment.world, 100)}});
     for (auto const& value : {environment.image, environment.project, environment.server, environment.display,
                               environment.runtime, environment.graphics_device, environment.port_prefix})

@@ -1,5 +1,5 @@
-// Walks down to the wanted folder, and lists what becomes of each entry: names that are safe, links that stay
-// inside, files of the folders above within a limit. Nothing is written before all of it is known.
+// Walks down to the wanted folder, and lists what becomes of each entry: names that are harmless, links that
+// stay inside, files of the folders above within a limit. Nothing is written before all of it is known.
 #include "git_layout.hpp"
 
 #include "core/refusals.hpp"
@@ -32,15 +32,21 @@ std::string inside(std::string const& folder, std::string_view name)
 /// The files and links in `entries`, the content of the folder at `path` in which the way goes on with
 /// `next`. That name is the folder's, whatever else has it.
 std::vector<GitLayoutItem> files_beside(std::string_view next, std::vector<GitTreeEntry> const& entries,
-                                        std::string const& path, GitLayoutLimits const& limits)
+                                        GitWay& way, GitLayoutLimits const& limits)
 {
+    auto const& path = way.path;
     std::vector<GitLayoutItem> items;
     std::unordered_set<std::string_view> names{next};
     for (auto const& entry : entries) {
         if (items.size() > limits.parent_files)
             break;
-        if (entry.kind == Kind::folder || entry.kind == Kind::submodule || !is_safe_file_name(entry.name) ||
-            path.size() + 1 + entry.name.size() > limits.path_length || !names.insert(entry.name).second)
+        if (entry.kind == Kind::folder || entry.kind == Kind::submodule)
+            continue;
+        if (!is_harmless_file_name(entry.name)) {
+            way.forbid(path, entry.name);
+            continue;
+        }
+        if (path.size() + 1 + entry.name.size() > limits.path_length || !names.insert(entry.name).second)
             continue;
         GitLayoutItem item;
         item.kind = entry.kind;
@@ -56,7 +62,8 @@ std::vector<GitLayoutItem> files_beside(std::string_view next, std::vector<GitTr
 class LayoutMaker
 {
 public:
-    LayoutMaker(GitLayoutLimits const& limits, GitTreeLookup const& lookup) : limits_(limits), lookup_(lookup)
+    LayoutMaker(GitWay& way, GitLayoutLimits const& limits, GitTreeLookup const& lookup)
+        : way_(way), limits_(limits), lookup_(lookup)
     {}
 
     result<> add_folder(GitObjectId const& tree, std::string const& path, std::size_t depth)
@@ -73,10 +80,14 @@ public:
             return refused(Refused::too_many_files, {{"max", std::to_string(limits_.items)}});
         std::unordered_set<std::string_view> names;
         for (auto const& entry : *entries) {
-            if (!is_safe_file_name(entry.name) || !names.insert(entry.name).second)
+            if (!names.insert(entry.name).second)
                 return refused(Refused::forbidden_name, {{"name", printable(entry.name, 100)}});
             if (entry.kind == Kind::submodule)
                 continue;
+            if (!is_harmless_file_name(entry.name)) {
+                way_.forbid(path, entry.name);
+                continue;
+            }
             if (auto const added = add(entry, path, depth); !added)
                 return added.error();
         }
@@ -104,6 +115,7 @@ private:
         return entry.kind == Kind::folder ? add_folder(entry.id, item.path, depth + 1) : result<>();
     }
 
+    GitWay& way_;
     GitLayoutLimits limits_;
     std::size_t entries_ = 0;
     std::size_t path_bytes_ = 0;
@@ -120,6 +132,13 @@ std::size_t GitLayoutItem::depth() const noexcept
 void GitWay::leave_out_parent_files()
 {
     left_out = std::erase_if(items, [](GitLayoutItem const& item) { return item.of_parent; }) > 0 || left_out;
+}
+
+void GitWay::forbid(std::string_view folder, std::string_view name)
+{
+    constexpr std::size_t shown = 200;
+    if (forbidden.size() < max_forbidden)
+        forbidden.push_back(printable(inside(std::string(folder), name), shown));
 }
 
 result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitLayoutLimits const& limits,
@@ -144,7 +163,7 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
         if (!is_safe_file_name(part))
             return refused(Refused::forbidden_folder, {{"name", printable(part, 60)}});
         if (object->size() <= limits.parent_bytes) {
-            auto beside = files_beside(part, *entries, way.path, limits);
+            auto beside = files_beside(part, *entries, way, limits);
             files += beside.size();
             std::move(beside.begin(), beside.end(), std::back_inserter(way.items));
         } else {
@@ -166,7 +185,7 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
 result<std::vector<GitLayoutItem>> lay_out_git_folder(GitWay& way, GitLayoutLimits const& limits,
                                                       GitTreeLookup const& lookup)
 {
-    LayoutMaker maker(limits, lookup);
+    LayoutMaker maker(way, limits, lookup);
     if (auto const added = maker.add_folder(way.tree, way.path, 0); !added)
         return added.error();
     if (maker.entries() + way.items.size() > limits.items)

@@ -19,7 +19,7 @@ namespace webots_cloud::core {
 struct GitLayoutItem
 {
     GitTreeEntry::Kind kind = GitTreeEntry::Kind::file; ///< Never `submodule`.
-    std::string path; ///< Relative to the repository's root; every part is safe.
+    std::string path; ///< Relative to the repository's root; every part is harmless.
     GitObjectId id;
     bool of_parent = false; ///< It lies in a folder above the project: optional.
 
@@ -46,6 +46,12 @@ struct GitWay
     std::string path;                 ///< To the project's folder; empty: it is the root.
     std::vector<GitLayoutItem> items; ///< The folders of the path, and the files and links beside them.
     bool left_out = false;            ///< There were too many of these: none is among the items.
+    /// Files and folders that are left out for their names, as they may be shown: the first of them.
+    std::vector<std::string> forbidden;
+    static constexpr std::size_t max_forbidden = 16;
+
+    /// A file or folder of this name, in the folder at `path`, is left out.
+    void forbid(std::string_view path, std::string_view name);
 
     /// Removes the optional items.
     void leave_out_parent_files();
@@ -56,17 +62,17 @@ using GitTreeLookup = std::function<std::string const*(GitObjectId const&)>;
 
 /// Walks from the tree `root` to the folder `path` (empty: `root` itself). On the way it collects what git's
 /// sparse checkout of that folder ("cone") has besides: the files of the folders that it lies in. Files
-/// with forbidden names are left out and do not cause a failure.
+/// with names that are not harmless are left out.
 ///
 /// Errors: `no_such_folder`, `object_missing`, `malformed`, `invalid_url` (a folder that can't be made).
 result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitLayoutLimits const& limits,
                                GitTreeLookup const& lookup);
 
 /// A project: the items of the path, which are moved into it, and everything in its folder, without
-/// submodules. If that is too much together with the files above the project, these are left out.
+/// submodules. If that is too much together with the files above the project, these are left out. What has a
+/// name that is not harmless is left out, with all that is in it: `way` has its paths.
 ///
-/// Errors: `protocol_error` for names that are not safe or occur twice; `too_large`; the detail is a
-/// sentence.
+/// Errors: `protocol_error` for names that occur twice; `too_large`; the detail is a sentence.
 result<std::vector<GitLayoutItem>> lay_out_git_folder(GitWay& way, GitLayoutLimits const& limits,
                                                       GitTreeLookup const& lookup);
 

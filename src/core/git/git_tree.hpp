@@ -24,7 +24,7 @@ struct GitTreeEntry
     };
 
     Kind kind = Kind::file;
-    std::string name; ///< Not checked: see `is_safe_file_name`.
+    std::string name; ///< Not checked: see `is_harmless_file_name`.
     GitObjectId id;
 };
 

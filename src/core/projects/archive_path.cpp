@@ -20,7 +20,7 @@ result<std::string> archive_path(std::string_view name)
     auto const parts = split(path, '/');
     if (parts.size() > deepest)
         return refused(Refused::folders_too_deep);
-    if (!std::all_of(parts.begin(), parts.end(), is_safe_file_name))
+    if (!std::all_of(parts.begin(), parts.end(), is_harmless_file_name))
         return refused(Refused::forbidden_name, {{"name", printable(name, 100)}});
     return std::string(path);
 }

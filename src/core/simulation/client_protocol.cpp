@@ -201,6 +201,12 @@ std::string loading_message(std::string_view text)
     return concat("loading: ", text);
 }
 
+std::string forbidden_file_message(std::string_view path)
+{
+    return concat("stderr:\"", path,
+                  "\" of the project is left out: its name could do harm here. Rename it.");
+}
+
 std::string shutdown_timeout_message(std::int64_t seconds)
 {
     return concat("shutdownTimeout: ", std::to_string(seconds));

@@ -126,6 +126,9 @@ std::string reason_message(std::string_view code);
 /// `loading: <text>`
 std::string loading_message(std::string_view text);
 
+/// For the console of the project's author: this file or folder, a printable path, is left out.
+std::string forbidden_file_message(std::string_view path);
+
 /// `shutdownTimeout: <seconds>`
 std::string shutdown_timeout_message(std::int64_t seconds);
 

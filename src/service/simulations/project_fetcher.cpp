@@ -77,6 +77,7 @@ struct ProjectFetcher::Impl
         project.webots_yml = std::move(fetched->webots_yml);
         project.revision = std::move(fetched->revision);
         project.notice = std::move(fetched->notice);
+        project.forbidden = std::move(fetched->forbidden);
         co_return project;
     }
 

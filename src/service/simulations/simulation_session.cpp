@@ -589,6 +589,8 @@ asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
         co_return fetched.error();
     if (!project_->notice.empty())
         (void)channel.send(core::loading_message(project_->notice));
+    for (auto const& path : project_->forbidden)
+        (void)channel.send(core::forbidden_file_message(path));
     if (!is_fetch_only())
         context_.starts.passed(core::StartStage::fetch, life_.fetched(context_.clock.now()));
     co_return result<>();

@@ -2,6 +2,7 @@
 #include "unit_test.hpp"
 
 #include "core/safe_names.hpp"
+#include "core/text.hpp"
 
 #include <string>
 
@@ -41,6 +42,20 @@ BOOST_AUTO_TEST_CASE(names_that_lead_elsewhere_or_hide_something_are_not)
     BOOST_TEST(!is_safe_file_name(std::string(256, 'a')));
 }
 
+BOOST_AUTO_TEST_CASE(odd_names_of_files_do_no_harm)
+{
+    for (auto const name :
+         {"Icon\r"sv, "h\xf6he.png"sv, "a\nb"sv, "\x1b[2J"sv, "\x7f"sv, "\xff"sv, "\xc0\xae\xc0\xae"sv, " "sv,
+          "..."sv, "a\tb"sv, "\u202egnp.exe"sv, ".gitignore"sv, "a:b"sv, "'&#[]%!\""sv}) {
+        BOOST_TEST(is_harmless_file_name(name), printable(name));
+    }
+    for (auto const name : {""sv, "."sv, ".."sv, "a/b"sv, "/"sv, "a\\b"sv, "..\\x"sv, "a\0b"sv, ".git"sv,
+                            ".GIT "sv, "git~1"sv, ".g\u200cit"sv})
+        BOOST_TEST(!is_harmless_file_name(name), printable(name));
+    BOOST_TEST(is_harmless_file_name(std::string(255, '\xff')));
+    BOOST_TEST(!is_harmless_file_name(std::string(256, 'a')));
+}
+
 BOOST_AUTO_TEST_CASE(a_link_may_point_to_anything_at_or_below_the_project)
 {
     BOOST_TEST(link_stays_inside("meshes/arm.obj", 0));
@@ -50,13 +65,14 @@ BOOST_AUTO_TEST_CASE(a_link_may_point_to_anything_at_or_below_the_project)
     BOOST_TEST(link_stays_inside("../../protos/Arm.proto", 2));
     BOOST_TEST(link_stays_inside("../.././protos", 2));
     BOOST_TEST(link_stays_inside("..hidden/...", 0));
+    BOOST_TEST(link_stays_inside("../Icon\r", 1));
+    BOOST_TEST(link_stays_inside("h\xf6he\n.png", 0));
 }
 
 BOOST_AUTO_TEST_CASE(a_link_that_could_leave_the_project_is_refused)
 {
-    for (auto const target :
-         {"/etc/passwd"sv, "/"sv, "//host"sv, ".."sv, "../x"sv, "../../x"sv, "./.."sv, "a/.."sv, "a/../.."sv,
-          "a/../b"sv, "a/b/../../.."sv, ""sv, "a\nb"sv, "a\0/../.."sv})
+    for (auto const target : {"/etc/passwd"sv, "/"sv, "//host"sv, ".."sv, "../x"sv, "../../x"sv, "./.."sv,
+                              "a/.."sv, "a/../.."sv, "a/../b"sv, "a/b/../../.."sv, ""sv, "a\0/../.."sv})
         BOOST_TEST(!link_stays_inside(target, 0), target);
     BOOST_TEST(!link_stays_inside("../..", 1));
     BOOST_TEST(!link_stays_inside("../a/../..", 2)); // `a` may itself be a link

@@ -98,13 +98,13 @@ BOOST_AUTO_TEST_CASE(a_pointer_has_to_be_what_the_identifier_names)
     }
 }
 
-// Such folders may hold pointers in place of large files.
+// Such folders lack files with odd names; older ones may hold pointers in place of large files.
 BOOST_AUTO_TEST_CASE(an_index_of_an_older_server_is_none)
 {
     auto text = write_index(example());
-    auto const number = text.find('3');
-    BOOST_TEST(text.substr(0, number + 1) == "webots_cloud folder 3");
-    text[number] = '2';
+    auto const number = text.find('4');
+    BOOST_TEST(text.substr(0, number + 1) == "webots_cloud folder 4");
+    text[number] = '3';
     BOOST_TEST(parse_index(text).has_error());
 }
 
@@ -116,9 +116,30 @@ BOOST_AUTO_TEST_CASE(every_cut_of_it_is_an_error)
     BOOST_TEST(parse_index(text + "x").has_error());
 }
 
+BOOST_AUTO_TEST_CASE(odd_names_are_kept_and_so_is_what_was_left_out)
+{
+    auto index = example();
+    for (auto const* const path :
+         {"Icon\r", "textures/h\xf6he.png", "a\nb", "\nend\n", "n\n\nn/n", "- ", "\x1b[2J"})
+        index.entries.push_back(entry(Kind::file, path, 1));
+    index.forbidden = {".git", "a\\b", "- x"};
+    auto const text = write_index(index);
+    auto const read = parse_index(text);
+    BOOST_TEST_REQUIRE(read.has_value());
+    BOOST_TEST(read->forbidden == index.forbidden, boost::test_tools::per_element());
+    BOOST_TEST_REQUIRE(read->entries.size() == index.entries.size());
+    for (std::size_t i = 0; i < index.entries.size(); ++i)
+        BOOST_TEST(read->entries[i].path == index.entries[i].path);
+    BOOST_TEST(write_index(*read) == text);
+    index.forbidden = {"a\x1b"};
+    BOOST_TEST(parse_index(write_index(index)).has_error());
+    index.forbidden.assign(17, "x");
+    BOOST_TEST(parse_index(write_index(index)).has_error());
+}
+
 BOOST_AUTO_TEST_CASE(paths_that_lead_elsewhere_are_errors)
 {
-    for (auto const* const path : {"../x", "/x", "a//b", "a/../b", "", ".git/config", "a/"}) {
+    for (auto const* const path : {"../x", "/x", "a//b", "a/../b", "", ".git/config", "a/", "a\\b", "\\\n"}) {
         GitIndex index;
         index.entries = {entry(Kind::file, path, 1)};
         BOOST_TEST(parse_index(write_index(index)).has_error(), path);

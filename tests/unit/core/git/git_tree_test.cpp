@@ -185,7 +185,7 @@ BOOST_AUTO_TEST_CASE(too_many_files_beside_the_way_are_left_out_all_together)
 BOOST_AUTO_TEST_CASE(forbidden_names_beside_the_way_are_left_out_and_refuse_nobody)
 {
     auto repository = repository_with_a_folder();
-    for (auto const* const name : {"..", ".", ".git", ".GIT.", "git~1", "a/b", "a\\b", "a\nb", "read"})
+    for (auto const* const name : {"..", ".", ".git", ".GIT.", "git~1", "a/b", "a\\b", "read"})
         repository.trees[id(1)] += entry("100644", name, 9);
     repository.trees[id(1)] += entry("120000", "a", 7); // in the place of the folder
     BOOST_TEST(repository.layout("a/b") ==
@@ -210,16 +210,50 @@ BOOST_AUTO_TEST_CASE(submodules_are_left_out)
     BOOST_TEST(repository.layout(1) == "f:x ");
 }
 
-BOOST_AUTO_TEST_CASE(forbidden_names_refuse_the_whole_project)
+BOOST_AUTO_TEST_CASE(forbidden_names_are_left_out_and_told)
 {
-    for (auto const* const name : {"..", ".", ".git", ".GIT.", "git~1", "a/b", "a\\b", "a\nb"}) {
+    for (std::string const name : {"..", ".", "", ".git", ".GIT.", "git~1", "a/b", "a\\b", ".git\xff/.."}) {
         Repository repository;
-        repository.trees[id(1)] = entry("40000", "folder", 2);
-        repository.trees[id(2)] = entry("100644", name, 9);
-        BOOST_TEST(repository.layout(1).starts_with(forbidden), name);
-        repository.trees[id(1)] = entry("160000", name, 2); // even where it would have been left out
-        BOOST_TEST(repository.layout(1).starts_with(forbidden), name);
+        repository.trees[id(1)] = entry("40000", "folder", 2) + entry("100644", "x", 9);
+        for (std::string const mode :
+             {"100644", "100755", "120000", "40000"}) { // what is in a folder does not matter
+            repository.trees[id(2)] = entry(mode, name, 3) + entry("100644", "y", 9);
+            GitWay way;
+            way.tree = id(1);
+            BOOST_TEST(repository.layout(way, {}) == "d:folder f:folder/y f:x ", name);
+            BOOST_TEST(way.forbidden == std::vector<std::string>{printable("folder/" + name)},
+                       boost::test_tools::per_element());
+        }
+        repository.trees[id(2)] = entry("160000", name, 3);
+        BOOST_TEST(repository.layout(1) == "d:folder f:x ", name);
     }
+}
+
+BOOST_AUTO_TEST_CASE(odd_names_are_laid_down_as_they_are)
+{
+    for (std::string const name : {"Icon\r", "h\xf6he.png", "a\nb", "\x1b[2J", "\u202e"}) {
+        Repository repository;
+        repository.trees[id(1)] = entry("100644", name, 9) + entry("40000", "d" + name, 2);
+        repository.trees[id(2)] = entry("100755", name, 9);
+        BOOST_TEST(repository.layout(1) == "f:" + name + " d:d" + name + " x:d" + name + "/" + name + " ",
+                   printable(name));
+        repository.trees[id(3)] = entry("100644", name, 9) + entry("40000", "p", 4);
+        auto way = find_git_folder(id(3), "p", {}, repository.lookup()).value();
+        BOOST_TEST_REQUIRE(way.items.size() == 2u);
+        BOOST_TEST(way.items.front().path == name);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(of_many_forbidden_names_the_first_are_told)
+{
+    Repository repository;
+    for (int i = 0; i < 100; ++i)
+        repository.trees[id(1)] += entry("100644", std::to_string(i) + "\\" + std::string(300, 'x'), 9);
+    GitWay way;
+    way.tree = id(1);
+    BOOST_TEST(repository.layout(way, {}) == "");
+    BOOST_TEST(way.forbidden.size() == GitWay::max_forbidden);
+    BOOST_TEST(way.forbidden.front().size() <= 203u);
 }
 
 BOOST_AUTO_TEST_CASE(a_name_that_occurs_twice_refuses_the_whole_project)

@@ -55,8 +55,12 @@ BOOST_AUTO_TEST_CASE(the_project_is_fetched_and_no_simulator_is_started)
 {
     Fixture fixture;
     fixture.source.notice = "From the cache.";
+    fixture.source.forbidden = {"textures/.GIT"};
     auto& page = fixture.fetch();
-    BOOST_TEST(page.sent == (Texts{"loading: From the cache.", "fetched:"}),
+    BOOST_TEST(page.sent == (Texts{"loading: From the cache.",
+                                   "stderr:\"textures/.GIT\" of the project is left out: its name could do "
+                                   "harm here. Rename it.",
+                                   "fetched:"}),
                boost::test_tools::per_element());
     BOOST_TEST(page.close_code.value() == 1000);
     BOOST_TEST(fixture.processes.started().empty());
