@@ -18,8 +18,28 @@ using core::concat;
 
 volatile std::sig_atomic_t interruption = 0;
 
+/// Signals wait while there is one: a child that is just being made would take them for our own.
+class HeldSignals
+{
+public:
+    HeldSignals() noexcept
+    {
+        sigset_t all;
+        ::sigfillset(&all);
+        ::pthread_sigmask(SIG_SETMASK, &all, &before_);
+    }
+    HeldSignals(HeldSignals const&) = delete;
+    HeldSignals& operator=(HeldSignals const&) = delete;
+    ~HeldSignals() { release(); }
+
+    void release() const noexcept { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+private:
+    sigset_t before_{};
+};
+
 /// In the child, where only what is safe after fork(2) may be called.
-[[noreturn]] void become(std::vector<char*> const& arguments, int input, int console)
+[[noreturn]] void become(std::vector<char*> const& arguments, int input, int console, HeldSignals const& held)
 {
     ::setsid();
     ::dup2(input, STDIN_FILENO);
@@ -28,6 +48,7 @@ volatile std::sig_atomic_t interruption = 0;
     ::close_range(STDERR_FILENO + 1, ~0U, 0);
     for (int const number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE})
         std::signal(number, SIG_DFL);
+    held.release(); // one that has come ends the child here
     ::execv(arguments.front(), arguments.data());
     constexpr int not_found = 127;
     ::_exit(not_found);
@@ -66,10 +87,11 @@ result<pid_t> start_detached(std::vector<std::string> const& command, int consol
         arguments.push_back(word.data());
     arguments.push_back(nullptr);
     int const input = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    HeldSignals const held;
     pid_t const child = input < 0 ? -1 : ::fork();
     int const failure = errno;
     if (child == 0)
-        become(arguments, input, console);
+        become(arguments, input, console, held);
     ::close(input);
     ::close(console);
     if (child < 0)
