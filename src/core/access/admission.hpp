@@ -23,7 +23,8 @@ struct AdmissionLimits
 };
 
 /// Counts the browsers that have not said yet what they want, and the simulations that are started, run or
-/// are ended. Nobody else counts them.   Lifetime: must outlive its places.
+/// are ended: all of them, those of each client and those of each world. Nobody else counts them.
+/// Lifetime: must outlive its places.
 class Admission
 {
 public:
@@ -48,6 +49,7 @@ public:
         void release()
         {
             client_.release();
+            world_.release();
             if (auto* const admission = std::exchange(admission_, nullptr))
                 --admission->simulations_;
         }
@@ -56,33 +58,28 @@ public:
         friend Admission;
         Admission* admission_ = nullptr;
         ClientLimit::Ticket client_;
+        ClientLimit::Ticket world_;
     };
 
     enum class Verdict
     {
         admitted,
         full,              ///< The machine has no place.
+        world_full,        ///< The world may have no more.
         client_full_first, ///< The client may have no more; worth a line in the log, as in `ClientLimit`.
         client_full
     };
 
-    /// `place`, which must be none, is the client's when it is admitted. The empty key is nobody's: only the
-    /// machine's places are counted.
-    Verdict admit(std::string const& quota_key, Place& place)
+    /// `place`, which must be none, is the client's when it is admitted. An empty key is nobody's, an empty
+    /// world none: they are not counted.
+    Verdict admit(std::string const& quota_key, std::string const& world, Place& place)
     {
-        if (is_full())
-            return Verdict::full;
-        switch (clients_.admit(quota_key, place.client_)) {
-        case ClientLimit::Verdict::refused_first:
-            return Verdict::client_full_first;
-        case ClientLimit::Verdict::refused:
-            return Verdict::client_full;
-        case ClientLimit::Verdict::admitted:
-            break;
-        }
-        place.admission_ = this;
-        ++simulations_;
-        return Verdict::admitted;
+        if (worlds_.admit(world, place.world_) != ClientLimit::Verdict::admitted)
+            return Verdict::world_full;
+        auto const verdict = admit_client(quota_key, place);
+        if (verdict != Verdict::admitted)
+            place.release();
+        return verdict;
     }
 
     /// A browser has come: `SilentClients::enter`.
@@ -104,10 +101,32 @@ public:
     /// 0, as at first: no limit. A client that has more keeps it.
     void set_simulations_per_address(std::size_t max) noexcept { clients_.set_max(max); }
 
+    std::size_t simulations_per_world() const noexcept { return worlds_.max(); }
+    /// 0, as at first: no limit.
+    void set_simulations_per_world(std::size_t max) noexcept { worlds_.set_max(max); }
+
 private:
+    Verdict admit_client(std::string const& quota_key, Place& place)
+    {
+        if (is_full())
+            return Verdict::full;
+        switch (clients_.admit(quota_key, place.client_)) {
+        case ClientLimit::Verdict::refused_first:
+            return Verdict::client_full_first;
+        case ClientLimit::Verdict::refused:
+            return Verdict::client_full;
+        case ClientLimit::Verdict::admitted:
+            break;
+        }
+        place.admission_ = this;
+        ++simulations_;
+        return Verdict::admitted;
+    }
+
     int max_simulations_;
     int simulations_ = 0;
     ClientLimit clients_;
+    ClientLimit worlds_;
     SilentClients silent_;
 };
 

@@ -137,7 +137,8 @@ void SimulationService::Impl::apply_config()
                       core::judge_outside_projects(params.walls, !repositories.allowed.empty())};
     context.admission.set_simulations_per_address(
         static_cast<std::size_t>(params.config.limit_of_an_address(context.admission.max_simulations())));
-    context.worlds.set_max(static_cast<std::size_t>(params.config.simulations_per_world));
+    context.admission.set_simulations_per_world(
+        static_cast<std::size_t>(params.config.simulations_per_world));
     for (auto const& [id, session] : sessions)
         session->limit_traffic();
 }

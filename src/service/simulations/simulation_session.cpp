@@ -523,17 +523,18 @@ result<> SimulationSession::admit()
 result<> SimulationSession::take_place()
 {
     using Verdict = core::Admission::Verdict;
+    std::string world; // of a website's projects none
     if (auto const* start = std::get_if<core::StartMessage>(&request_)) {
-        auto const world = context_.fetcher.parse(start->url); // of however many links to it
-        if (context_.worlds.admit(world ? world->address() : start->url, world_place_) !=
-            core::ClientLimit::Verdict::admitted)
-            return core::refused(core::Refused::world_has_enough,
-                                 {{"max", std::to_string(context_.worlds.max())}});
+        auto const parsed = context_.fetcher.parse(start->url); // of however many links to it
+        world = parsed ? parsed->address() : start->url;
     }
     auto& admission = context_.admission;
-    auto const verdict = admission.admit(quota_key_, place_);
+    auto const verdict = admission.admit(quota_key_, world, place_);
     if (verdict == Verdict::admitted)
         return {};
+    if (verdict == Verdict::world_full)
+        return core::refused(core::Refused::world_has_enough,
+                             {{"max", std::to_string(admission.simulations_per_world())}});
     if (verdict == Verdict::full)
         return core::too_many_simulations(admission.max_simulations());
     auto const& full = admission.full_client();
@@ -819,7 +820,6 @@ asio::awaitable<void> SimulationSession::clean_up(bool exited)
         simulation_.reset();
     }
     place_.release();
-    world_place_.release();
     output_.reset();
     if (project_) {
         auto project = std::move(*project_);

@@ -54,7 +54,6 @@ struct SessionContext
     Clock& clock;
     Logger log;
     core::RepositoryPolicy policy;
-    core::ClientLimit worlds; ///< How many simulations each world has.
     core::ServiceState state;
     double load = 0; ///< Of this machine when it was last measured, in percent.
     core::Admission admission;
@@ -219,7 +218,6 @@ private:
     Channel* channel_ = nullptr;                        ///< To the browser, while `run` or `resume` uses it.
     TimePoint started_;
     core::Admission::Place place_;
-    core::ClientLimit::Ticket world_place_;
     std::optional<Project> project_;
     std::vector<std::string> needed_labels_; ///< By the project.
     std::unique_ptr<SimulationLog> output_;  ///< Outlives the simulation, which writes to it.

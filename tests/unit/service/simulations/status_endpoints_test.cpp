@@ -303,7 +303,7 @@ BOOST_AUTO_TEST_CASE(it_lives_whatever_the_state_and_is_ready_while_a_simulation
     for (auto& place : places) {
         check(200, "ready");
         BOOST_TEST_REQUIRE(
-            (fixture.context.admission.admit({}, place) == core::Admission::Verdict::admitted));
+            (fixture.context.admission.admit({}, {}, place) == core::Admission::Verdict::admitted));
     }
     check(503, "full");
     fixture.endpoints->drain(false);
