@@ -48,7 +48,8 @@ AskedAddress asked_address(HeaderFields fields, bool is_from_proxy)
             auto const path = value.substr(0, value.size() - (value.ends_with('/') ? 1 : 0));
             asked.path = is_site_path(path) ? path : std::string_view();
         } else if (is_from_proxy && equal_ignoring_case(name, "X-Forwarded-Proto")) {
-            asked.tls = equal_ignoring_case(value, "https");
+            // Traefik writes the scheme of a WebSocket.
+            asked.tls = equal_ignoring_case(value, "https") || equal_ignoring_case(value, "wss");
         }
     }
     return asked;

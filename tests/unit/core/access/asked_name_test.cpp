@@ -94,7 +94,8 @@ BOOST_AUTO_TEST_CASE(path_and_scheme_are_believed_of_a_trusted_proxy_alone)
         return asked_address(Fields{{"X-Forwarded-Proto", value}}, true).tls;
     };
     BOOST_TEST(tls("HTTPS"));
-    for (auto const* other : {"http", "", "https, http", "wss", "httpss"})
+    BOOST_TEST(tls("wss")); // Traefik's, for a WebSocket
+    for (auto const* other : {"http", "", "https, http", "ws", "httpss"})
         BOOST_TEST(!tls(other), other);
     // A proxy that adds its field to the client's has the last word, be it a bad one.
     BOOST_TEST((asked_address(Fields{{"X-Forwarded-Prefix", "/forged"}, {"X-Forwarded-Prefix", "/webots"}},
