@@ -513,6 +513,7 @@ class Addresses(ViewerTest):
         f'<a href="https://webots.cloud/run?version=R2025a&amp;url={WORLD}"><img src="https://img.shields.io/badge/run-007ACC.svg" alt="run"></a>',
         f"<a class='x' href='{WORLD}'>start</a>",
         f"<{WORLD}>",
+        f'[1]: https://webots.cloud/run?version=R2025a&url={quote(WORLD, safe="")}&type=competition "Leaderboard"',
         f".. image:: https://img.shields.io/badge/webots.cloud-run-007ACC    :target: https://webots.cloud/run?url={WORLD}",
         WORLD.removeprefix("https://"),
     )

@@ -43,9 +43,9 @@ function parseLink(text, ownServer) {
   throw new Error(withExpected(say('address.unknown', { address })));
 }
 
-// [![name](picture)](link), <a href="link"><img src="picture"></a>, <link>, and ":target: link" of reStructuredText.
+// [![name](picture)](link), [name]: link, <a href="link"><img src="picture"></a>, <link>, and ":target: link" of reStructuredText.
 function linksIn(text) {
-  const links = text.matchAll(/\]\(\s*<?([^\s<>()]+)|href\s*=\s*["']?([^\s"'<>]+)|^<(\w+:[^\s<>]+)>$|:target:\s*(\S+)/gi);
+  const links = text.matchAll(/\]\(\s*<?([^\s<>()]+)|href\s*=\s*["']?([^\s"'<>]+)|^\[[^\]]*\]:\s*<?([^\s<>]+)|^<(\w+:[^\s<>]+)>$|:target:\s*(\S+)/gi);
   return Array.from(links, (found) => found.slice(1).find((link) => link !== undefined).replaceAll('&amp;', '&'));
 }
 
