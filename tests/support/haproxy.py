@@ -89,17 +89,16 @@ def health(port, target, check=""):
 def _running(frontends, ports):
     executable = program()
     with tempfile.TemporaryDirectory(prefix="webots_cloud_haproxy_") as folder:
-        path = os.path.join(folder, "haproxy.cfg")
+        path, log, control = (os.path.join(folder, name) for name in ("haproxy.cfg", "output.log", "control"))
         with open(path, "w") as file:
-            file.write(f"global\n    stats socket {folder}/control\n" + CONFIGURATION + frontends)
-        log = os.path.join(folder, "output.log")
+            file.write(f"global\n    stats socket {control}\n" + CONFIGURATION + frontends)
         with open(log, "wb") as output:
             process = subprocess.Popen([executable, "-db", "-f", path], stdin=subprocess.DEVNULL, stdout=output, stderr=output)
         try:
-            wait_until(lambda: process.poll() is not None or all(map(listens, ports)), "HAProxy does not listen")
+            wait_until(lambda: process.poll() is not None or all(map(listens, ports)) and os.path.exists(control), "HAProxy does not listen")
             if process.poll() is not None:
                 with open(log) as file:
                     raise AssertionError(f"HAProxy ended at once:\n{file.read()}")
-            yield os.path.join(folder, "control")
+            yield control
         finally:
             end(process)

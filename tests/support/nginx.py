@@ -75,6 +75,24 @@ BELOW_PATHS = """
     }}
 """
 
+# Variables of rules that people have.
+IN_FRONT = """
+    map $http_upgrade $connection_or_close {{
+        default upgrade;
+        "" close;
+    }}
+    map $http_upgrade $scheme_of_request {{
+        default wss;
+        "" https;
+    }}
+    server {{
+        listen 127.0.0.1:{port} ssl;
+        ssl_certificate {certificate};
+        ssl_certificate_key {key};
+        {rules}
+    }}
+"""
+
 # Of a proxy that says nothing of itself.
 BELOW_A_PATH = """
         location {path}/ {{
@@ -120,6 +138,11 @@ def site(session_port, simulation_ports, port, certificate, address="127.0.0.1")
 def one_rule(session_port, _, port, certificate):
     """Everything goes to the gateway of the session server."""
     return _nginx(ONE_RULE.format(port=port, target=session_port, certificate=certificate.certificate, key=certificate.key), port)
+
+
+def in_front(rules, port, certificate):
+    """These rules of a server."""
+    return _nginx(IN_FRONT.format(port=port, rules=rules, certificate=certificate.certificate, key=certificate.key), port)
 
 
 def below_paths(paths, port, certificate):
