@@ -63,9 +63,9 @@ bool is_dot_git(std::string_view name)
 
 bool is_harmless_file_name(std::string_view name)
 {
-    constexpr std::string_view forbidden("/\\\0", 3);
+    auto const forbidden = [](char c) { return c == '/' || c == '\\' || c == '\0'; };
     return !name.empty() && name.size() <= max_file_name && name != "." && name != ".." &&
-           name.find_first_of(forbidden) == std::string_view::npos &&
+           std::none_of(name.begin(), name.end(), forbidden) &&
            !(may_begin_dot_git(name.front()) && is_dot_git(name));
 }
 

@@ -39,15 +39,22 @@ std::string_view scheme_of(bool tls) noexcept
 AskedAddress asked_address(HeaderFields fields, bool is_from_proxy)
 {
     AskedAddress asked;
+    if (!is_from_proxy) { // most requests: nothing else is looked for
+        auto const host = std::find_if(fields.begin(), fields.end(), [](auto const& field) {
+            return equal_ignoring_case(field.first, "Host");
+        });
+        asked.host = host == fields.end() ? std::string_view() : host->second;
+        return asked;
+    }
     bool has_host = false;
     for (auto const& [name, value] : fields) {
         if (!has_host && equal_ignoring_case(name, "Host")) {
             asked.host = value;
             has_host = true;
-        } else if (is_from_proxy && equal_ignoring_case(name, "X-Forwarded-Prefix")) {
+        } else if (equal_ignoring_case(name, "X-Forwarded-Prefix")) {
             auto const path = value.substr(0, value.size() - (value.ends_with('/') ? 1 : 0));
             asked.path = is_site_path(path) ? path : std::string_view();
-        } else if (is_from_proxy && equal_ignoring_case(name, "X-Forwarded-Proto")) {
+        } else if (equal_ignoring_case(name, "X-Forwarded-Proto")) {
             // Traefik writes the scheme of a WebSocket.
             asked.tls = equal_ignoring_case(value, "https") || equal_ignoring_case(value, "wss");
         }

@@ -435,6 +435,8 @@ std::string SessionService::Impl::address_of(std::string_view server, AskedAddre
 {
     if (auto address = public_address(server, by); !address.empty())
         return address;
+    if (!server.starts_with(core::asked_name))
+        return core::machine_reached_at(server, params.address, by);
     auto const path = core::path_in(server);
     bool const is_where_asked = server.substr(0, server.size() - path.size()) == core::asked_name;
     bool const is_below_us = path.starts_with(core::machine_folder) ||
