@@ -137,8 +137,10 @@ asio::awaitable<void> OperatorMail::Impl::deliver()
     auto const attempt = queue.attempt();
     auto const outcome = co_await notifier.deliver(attempt.notice);
     bool const ended = co_await async::is_cancelled();
-    if (outcome || !ended) // an attempt that was cancelled is not a failed one
+    if (outcome || !ended)
         settle(attempt, outcome);
+    else // cancelled, and so no failed one; but this mail server is too slow for another
+        problem = outcome.error();
 }
 
 asio::awaitable<result<>> OperatorMail::Impl::deliver_all()

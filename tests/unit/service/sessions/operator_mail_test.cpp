@@ -272,7 +272,9 @@ BOOST_AUTO_TEST_CASE(cancelled_in_the_middle_of_a_mail_it_ends_and_logs_what_was
     fixture.start();
     for (int i = 0; i < 3; ++i)
         fixture.note(LoadTransition::reached_maximum);
+    auto const began = fixture.world.clock.now();
     fixture.stop();
+    BOOST_TEST((fixture.world.clock.now() == began));
     BOOST_TEST((fixture.outcome.error().code() == asio::error::operation_aborted));
     BOOST_TEST(fixture.log.lines.size() == 3u);
     for (auto const& line : fixture.log.lines)
