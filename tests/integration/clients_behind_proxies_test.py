@@ -103,6 +103,7 @@ class Clients:
             self.assertEqual((status, body[:24]), (200, "Error: too many sessions"), claim)
             self.assertEqual(headers["Retry-After"], "100")
         self.assertEqual(site.ask_session(OTHER, [])[2], f"ws://{site.simulation.address}")
+        wait_until(lambda: "\"sessionBurst\"" in site.session.log(), site.session.log)  # a moment after the answer
         log = site.session.log()
         self.assertEqual(log.count("see \"sessionBurst\""), 1, log)
         self.assertRegex(log, rf"come from {ONE}: see \"sessionBurst\" and \"sessionRate\"")
@@ -118,6 +119,7 @@ class Clients:
                 self.assertEqual(refused.exception.status_code, 429, claim)
             light = await stack.enter_async_context(site.websocket(site.session_at, "/", OTHER, []))
             self.assertEqual(await hear(light), "1")
+        wait_until(lambda: f"New client ({OTHER})" in site.session.log(), site.session.log)
         log = site.session.log()
         self.assertEqual(log.count(f"New client ({ONE})"), len(CLAIMS), log)
         self.assertEqual(log.count(f"New client ({OTHER})"), 1, log)
