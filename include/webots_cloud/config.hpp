@@ -144,11 +144,21 @@ struct SessionConfig
 /// A forge of the configuration: where world URLs may point.
 struct ForgeConfig
 {
+    /// What has its projects. Those who treat them differently have a `switch` over all of them, so that the
+    /// compiler names each place that another kind concerns.
+    enum class Source
+    {
+        git_server,
+        folder, ///< Of this computer: `directory`.
+    };
+
     ForgeConfig() = default;
     explicit ForgeConfig(std::string_view url) : url(url) {}
 
-    std::string url;                 ///< Base URL, without a slash at the end.
-    std::filesystem::path directory; ///< Not empty: a plain folder of this computer instead of a git server.
+    Source source() const noexcept { return directory.empty() ? Source::git_server : Source::folder; }
+
+    std::string url; ///< Base URL, without a slash at the end.
+    std::filesystem::path directory;
     ForgeKind kind = ForgeKind::unknown; ///< `kind`: whose pages links to its worlds are copied from.
 
     bool operator==(ForgeConfig const&) const = default;

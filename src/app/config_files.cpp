@@ -193,10 +193,16 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
 {
     std::error_code ignored;
     for (auto const& forge : configured.config.forges)
-        if (!forge.directory.empty() && !fs::is_directory(forge.directory, ignored))
-            configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
-                                                 fs::absolute(forge.directory, ignored).string(),
-                                                 ": no world of ", forge.url, " can be fetched"));
+        switch (forge.source()) {
+        case ForgeConfig::Source::git_server:
+            break;
+        case ForgeConfig::Source::folder:
+            if (!fs::is_directory(forge.directory, ignored))
+                configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
+                                                     fs::absolute(forge.directory, ignored).string(),
+                                                     ": no world of ", forge.url, " can be fetched"));
+            break;
+        }
     auto const& templates = configured.config.projects_dir;
     if (!configured.config.docker && !templates.empty() && !fs::is_directory(templates, ignored))
         configured.warnings.push_back(concat(place_of(origin, "projectsDir"), ": there is no folder ",

@@ -1,5 +1,6 @@
 #include "https_redirect.hpp"
 
+#include "async/wakeup.hpp"
 #include "challenges.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/https_address.hpp"
@@ -8,10 +9,6 @@
 
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/servers.hpp>
-
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 
 #include <optional>
 
@@ -48,7 +45,7 @@ struct HttpsRedirect::Impl final : Endpoint
     Impl(asio::any_io_executor const& executor, PublicAddress public_address, NetworkConfig const& network,
          AccessConfig const& access, Logger logger)
         : address(std::move(public_address)), site(site_of(address, access)),
-          challenges(network.challenge_folder, *this), log(std::move(logger)), forever(executor)
+          challenges(network.challenge_folder, *this), log(std::move(logger))
     {
         if (network.redirect_port != 0)
             server = make_http_server(executor, plain_params(network), log);
@@ -73,7 +70,6 @@ struct HttpsRedirect::Impl final : Endpoint
     core::SiteAccess const site;
     Challenges challenges;
     Logger log;
-    asio::steady_timer forever;
     std::unique_ptr<HttpServer> server; ///< Null: there is no such port.
 };
 
@@ -93,9 +89,7 @@ asio::awaitable<result<>> HttpsRedirect::run()
 {
     if (impl_->server)
         co_return co_await impl_->server->run(impl_->challenges);
-    impl_->forever.expires_at(asio::steady_timer::time_point::max());
-    (void)co_await impl_->forever.async_wait(asio::as_tuple(asio::use_awaitable));
-    co_return Failure(asio::error::operation_aborted);
+    co_return co_await async::until_cancelled();
 }
 
 } // namespace webots_cloud::app

@@ -24,13 +24,16 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
         users_ = machine.trial.user.subordinate;
     std::vector<Forge> forges;
     for (auto const& forge : config.forges) {
-        ForgeAddress const address(forge.url, forge.kind);
-        if (forge.directory.empty()) {
-            forges.emplace_back(address, for_users(git(executor, config, machine, log)));
-            continue;
+        ProjectSource* source = nullptr;
+        switch (forge.source()) {
+        case ForgeConfig::Source::git_server:
+            source = &git(executor, config, machine, log);
+            break;
+        case ForgeConfig::Source::folder:
+            source = owned_.emplace_back(make_directory_source(forge.directory)).get();
+            break;
         }
-        owned_.push_back(make_directory_source(forge.directory));
-        forges.emplace_back(address, for_users(*owned_.back()));
+        forges.emplace_back(ForgeAddress(forge.url, forge.kind), for_users(*source));
     }
     ProjectSource* websites = nullptr;
     if (!config.docker) { // the pages of websites know nothing of containers

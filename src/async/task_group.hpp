@@ -1,6 +1,7 @@
 // Concurrent coroutines that end with their owner.
 #pragma once
 
+#include "cancellation.hpp"
 #include "wakeup.hpp"
 
 #include <boost/asio/bind_cancellation_slot.hpp>
@@ -60,6 +61,13 @@ public:
     {
         while (!signals_.empty())
             (void)co_await ended_.wait();
+    }
+
+    /// Cancels all tasks, and waits for them, though the caller be cancelled too.
+    boost::asio::awaitable<void> end()
+    {
+        cancel_all();
+        return uncancellable(join());
     }
 
 private:

@@ -8,6 +8,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/deferred.hpp>
 #include <boost/asio/experimental/channel.hpp>
+#include <boost/asio/this_coro.hpp>
 
 namespace webots_cloud::async {
 
@@ -32,5 +33,13 @@ public:
 private:
     boost::asio::experimental::channel<void(boost::system::error_code)> channel_;
 };
+
+/// Waits until its caller is cancelled, and fails then.
+inline boost::asio::awaitable<result<>> until_cancelled()
+{
+    Wakeup never(co_await boost::asio::this_coro::executor);
+    auto const ended = co_await never.wait();
+    co_return ended;
+}
 
 } // namespace webots_cloud::async

@@ -24,7 +24,6 @@ FILES = {
 }
 TOP = "owner/robots/blob/main/worlds/top.wbt"
 ARM = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
-QUESTION = "/info/refs?service=git-upload-pack"
 ONLY_TIPS = ("Commit {} of owner/robots is not the newest one of any branch or tag, and the git server can't tell whether it is an "
              "older one: name a branch or tag, or have one made for it.")
 

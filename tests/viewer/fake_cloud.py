@@ -149,10 +149,6 @@ class FakeCloud:
         """Breaks every connection of `role`, without a word, and goes on listening."""
         self._run(self._drop(role))
 
-    def break_stream(self):
-        """Ends every picture that is being streamed."""
-        self._run(self._end_streams())
-
     def kill_streams(self):
         """Nothing comes any more on those that are open, as after a network was down for long. They stay open."""
         self._dead |= self._streaming

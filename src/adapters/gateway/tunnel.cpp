@@ -22,6 +22,14 @@ constexpr std::size_t tls_chunk = 64 * 1024;
 // What is read before it is known whether the other side takes it.
 constexpr std::size_t small_chunk = 16 * 1024;
 
+/// What has been read, as one message: its header is written before it, where there is room.
+std::string_view framed(char* bytes, std::size_t size)
+{
+    auto const header = binary_frame_header(size);
+    auto* const frame = std::copy_backward(header.begin(), header.end(), bytes);
+    return {frame, header.size() + size};
+}
+
 } // namespace
 
 Tunnels::Tunnel::Tunnel(Tunnels& owner, TunnelPlan plan)
@@ -103,7 +111,24 @@ std::size_t Tunnels::Tunnel::flush(Side& to)
     return sent;
 }
 
-/// Moves a chunk from one side to the other.
+/// How much may be moved at once; 0: the group has moved what it may.
+std::size_t Tunnels::Tunnel::share(Side const& from, Side const& to, std::size_t moved)
+{
+    auto size = !from.is_bulk ? small_chunk : from.end.is_tls() ? std::min(to.takes, tls_chunk) : to.takes;
+    if (group_ && group_->has_limit())
+        size = std::min(size, group_->allowance(std::chrono::steady_clock::now()));
+    if (size == 0)
+        return 0;
+    auto const left = owner_.left_of_turn_ - std::min(owner_.left_of_turn_, moved);
+    size = std::min(size, std::max(left, small_chunk));
+    if (is_framed(from))
+        return std::min(size, modest_chunk);
+    return is_counted() && &from == &upstream_
+               ? static_cast<std::size_t>(std::min<std::uint64_t>(size, rest_))
+               : size;
+}
+
+/// Moves a chunk from one side to the other, where it is to be as one message.
 Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& moved)
 {
     moved += flush(to);
@@ -118,50 +143,47 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     }
     if (!from.end.may_read() || (!to.end.may_write() && !to.end.is_broken()))
         return Step::wait;
-    auto size = !from.is_bulk ? small_chunk : from.end.is_tls() ? std::min(to.takes, tls_chunk) : to.takes;
-    if (group_ && group_->has_limit())
-        size = std::min(size, group_->allowance(std::chrono::steady_clock::now()));
+    auto const size = share(from, to, moved);
     if (size == 0)
         return Step::pause;
-    auto const left = owner_.left_of_turn_ - std::min(owner_.left_of_turn_, moved);
-    size = std::min(size, std::max(left, small_chunk));
-    if (in_messages_ && &from == &upstream_)
-        return relay_message(std::min(size, modest_chunk), moved);
-    bool const is_counted_side = is_counted() && &from == &upstream_;
-    if (is_counted_side)
-        size = static_cast<std::size_t>(std::min<std::uint64_t>(size, rest_));
+    bool const in_frame = is_framed(from);
     // Bytes are taken out of the kernel after they have been sent on. So what the other side does not take
     // stays there, not with us; and the acknowledgement, which the kernel sends when bytes are taken out,
-    // does not delay them.
-    bool const peek = !from.end.is_tls() && !to.end.is_broken();
+    // does not delay them. Of a frame that has begun, the rest has to be sent as it was.
+    bool const peek = !in_frame && !from.end.is_tls() && !to.end.is_broken();
     std::size_t got = 0;
-    auto* const bytes = owner_.scratch_.get();
+    auto* const bytes = owner_.scratch_.get() + (in_frame ? max_frame_header : 0);
     auto const reading = from.end.read(bytes, size, peek, got);
     if (reading == TunnelEnd::Reading::nothing)
         return Step::wait;
     if (reading == TunnelEnd::Reading::over) {
+        if (in_frame)
+            end_messages();
         from.is_over = true;
         return Step::again;
     }
     auto chunks = &from == &upstream_ ? chunks_ : std::nullopt;
     if (chunks)
         got = chunks->take(std::string_view(bytes, got));
-    std::size_t sent = got;
+    auto const out = in_frame ? framed(bytes, got) : std::string_view(bytes, got);
+    auto sent = out.size();
     if (!to.end.is_broken()) {
-        sent = to.end.write(std::string_view(bytes, got));
+        sent = to.end.write(out);
         count(to, sent);
         moved += sent;
         // A side that does not take it all is offered less: of TLS no more than a record, which we keep.
         auto const least = from.end.is_tls() ? small_chunk : modest_chunk;
         if (size > small_chunk || from.end.is_tls())
-            to.takes = std::clamp(sent < got ? 2 * sent : 2 * to.takes, least, chunk_size);
+            to.takes = std::clamp(sent < out.size() ? 2 * sent : 2 * to.takes, least, chunk_size);
         // TLS has begun to send a record, and must be given the same bytes again.
-        auto const kept = !peek ? got - sent : to.end.is_tls() ? std::min(got - sent, small_chunk) : 0;
-        to.pending.assign(bytes + sent, kept);
+        auto const rest = out.size() - sent;
+        auto const kept = !peek ? rest : to.end.is_tls() ? std::min(rest, small_chunk) : 0;
+        to.pending.assign(out.data() + sent, kept);
         sent += kept;
     }
     if (peek)
         from.end.discard(bytes, sent, sent == got && got < size);
+    bool const is_counted_side = is_counted() && &from == &upstream_;
     if (is_counted_side)
         take_from_rest(sent);
     if (chunks && sent < got) {
@@ -175,32 +197,6 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     bool const is_ended = chunks && from.is_over;
     bool const is_taken = (to.pending.empty() || is_ended) && (to.end.may_write() || to.end.is_broken());
     return is_taken && (from.is_over || from.end.may_read()) ? Step::again : Step::wait;
-}
-
-/// What comes next, up to that size, as one message.
-Tunnels::Tunnel::Step Tunnels::Tunnel::relay_message(std::size_t size, std::size_t& moved)
-{
-    auto* const bytes = owner_.scratch_.get() + max_frame_header;
-    std::size_t got = 0;
-    auto const reading = upstream_.end.read(bytes, size, false, got);
-    if (reading == TunnelEnd::Reading::nothing)
-        return Step::wait;
-    if (reading == TunnelEnd::Reading::over) {
-        end_messages();
-        return Step::again;
-    }
-    auto const header = binary_frame_header(got);
-    auto* const frame = std::copy_backward(header.begin(), header.end(), bytes);
-    std::string_view const message(frame, header.size() + got);
-    if (!browser_.end.is_broken()) {
-        auto const sent = browser_.end.write(message);
-        count(browser_, sent);
-        moved += sent;
-        browser_.pending.assign(message.substr(sent));
-    }
-    upstream_.is_bulk = got >= small_chunk;
-    return browser_.pending.empty() && browser_.end.may_write() && upstream_.end.may_read() ? Step::again
-                                                                                            : Step::wait;
 }
 
 void Tunnels::Tunnel::end_messages()

@@ -76,11 +76,13 @@ public:
 private:
     bool is_counted() const noexcept { return rest_ != TunnelPlan::until_the_end; }
     bool is_long() const noexcept;
+    /// What comes from there is sent on as messages.
+    bool is_framed(Side const& from) const noexcept { return in_messages_ && &from == &upstream_; }
     void take_from_rest(std::uint64_t bytes) noexcept;
     void take_chunks(core::ChunkedBody const& chunks);
     std::size_t flush(Side& to);
     Step relay(Side& from, Side& to, std::size_t& moved);
-    Step relay_message(std::size_t size, std::size_t& moved);
+    std::size_t share(Side const& from, Side const& to, std::size_t moved);
     void end_messages();
     void hear_browser();
     void count(Side const& to, std::size_t bytes) noexcept;

@@ -2,6 +2,7 @@
 // server's own user or root, but no descendant of the server, since those are simulations. See
 // docs/decisions/008-who-is-the-operator.md.
 #include "adapters/files/file_descriptor.hpp"
+#include "adapters/messages/http_request_reader.hpp"
 #include "adapters/messages/http_response_text.hpp"
 #include "adapters/messages/parse_message.hpp"
 #include "async/cancellation.hpp"
@@ -23,7 +24,6 @@
 #include <boost/beast/core/error.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/read_size.hpp>
-#include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 
@@ -48,7 +48,7 @@ using Protocol = asio::local::stream_protocol;
 using Stream = beast::basic_stream<Protocol>;
 
 constexpr auto patience = std::chrono::seconds(5); // for a request, and for its answer to be taken
-constexpr std::size_t max_head = 8 * 1024;
+constexpr std::size_t max_piece = 8 * 1024;
 constexpr std::size_t max_answer = 16 * 1024 * 1024;
 constexpr int max_ancestors = 256;
 constexpr int max_waiting = 8;                                // connections
@@ -126,23 +126,6 @@ std::string refusal(Protocol::socket& socket)
     if (is_descendant(peer.pid) || has_ended(socket.native_handle()))
         return concat("process ", std::to_string(peer.pid), " belongs to a simulation, or has ended");
     return {};
-}
-
-IncomingRequest to_request(http::request<http::empty_body> const& message,
-                           std::vector<std::pair<std::string_view, std::string_view>>& headers)
-{
-    for (auto const& field : message)
-        headers.emplace_back(field.name_string(), field.value());
-    std::string_view const target = message.target();
-    auto const question = target.find('?');
-    IncomingRequest request;
-    request.method = message.method_string();
-    request.path = target.substr(0, question);
-    if (question != std::string_view::npos)
-        request.query = target.substr(question + 1);
-    request.headers = headers;
-    request.is_operator = true;
-    return request;
 }
 
 class LocalOperatorSocket final : public OperatorSocket
@@ -242,42 +225,34 @@ asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
     co_return Failure(asio::error::operation_aborted);
 }
 
-/// Reads until `parser` has all of a message.
-template<bool is_request>
-asio::awaitable<beast::error_code> read_message(Stream& stream, beast::flat_buffer& buffer,
-                                                http::basic_parser<is_request>& parser)
-{
-    beast::error_code failed;
-    parser.eager(true);
-    while (!failed && !parser.is_done()) {
-        auto const room = buffer.prepare(beast::read_size(buffer, max_head));
-        if (room.size() == 0)
-            co_return http::error::buffer_overflow;
-        auto const [error, size] = co_await stream.async_read_some(room, asio::as_tuple(asio::use_awaitable));
-        buffer.commit(size);
-        failed = error ? adapters::parse_end(parser, error) : adapters::parse_received(parser, buffer);
-    }
-    co_return failed;
-}
-
+/// Who says anything but one whole request is not answered.
 asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket, Endpoint& endpoint)
 {
+    using Progress = adapters::HttpRequestReader::Progress;
     Stream stream(std::move(socket));
-    beast::flat_buffer buffer(max_head);
-    http::request_parser<http::empty_body> parser;
-    parser.header_limit(max_head);
     stream.expires_after(patience);
-    auto const unreadable = co_await read_message(stream, buffer, parser);
-    if (unreadable)
+    adapters::HttpRequestReader reader;
+    auto progress = Progress::need_more;
+    while (progress == Progress::need_more) {
+        auto const room = reader.prepare();
+        auto const [error, size] = co_await stream.async_read_some(asio::buffer(room.data(), room.size()),
+                                                                   asio::as_tuple(asio::use_awaitable));
+        if (error)
+            co_return;
+        reader.commit(size);
+        progress = reader.parse();
+    }
+    if (progress != Progress::complete)
         co_return;
-    std::vector<std::pair<std::string_view, std::string_view>> headers;
-    auto answer = endpoint.respond(to_request(parser.get(), headers));
+    auto request = reader.request();
+    request.is_operator = true;
+    auto answer = endpoint.respond(request);
     auto* const response = std::get_if<HttpResponse>(&answer);
     if (response && response->shared)
         response->body = response->shared->text;
     std::string text;
     adapters::append_response(text, response ? *response : HttpResponse(400, {}, {}), false,
-                              parser.get().method() != http::verb::head);
+                              request.method != "HEAD");
     stream.expires_after(patience);
     (void)co_await asio::async_write(stream, asio::buffer(text), asio::as_tuple(asio::use_awaitable));
 }
@@ -296,10 +271,17 @@ asio::awaitable<result<std::string>> ask(Protocol::endpoint where, std::string_v
         co_await asio::async_write(stream, asio::buffer(request), asio::as_tuple(asio::use_awaitable));
     if (unsent)
         co_return Failure(errc::unreachable, unsent.message());
-    beast::flat_buffer buffer(max_head);
+    beast::flat_buffer buffer;
     http::response_parser<http::string_body> parser;
     parser.body_limit(max_answer);
-    auto const unread = co_await read_message(stream, buffer, parser);
+    parser.eager(true);
+    beast::error_code unread;
+    while (!unread && !parser.is_done()) {
+        auto const room = buffer.prepare(beast::read_size(buffer, max_piece));
+        auto const [error, size] = co_await stream.async_read_some(room, asio::as_tuple(asio::use_awaitable));
+        buffer.commit(size);
+        unread = error ? adapters::parse_end(parser, error) : adapters::parse_received(parser, buffer);
+    }
     if (unread == beast::error::timeout)
         co_return Failure(errc::timed_out, "the server has taken the request, and says nothing");
     if (unread)

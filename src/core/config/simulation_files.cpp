@@ -9,8 +9,13 @@ OwnFiles simulation_server_files(SimulationConfig const& config, SimulationFiles
     OwnFiles files;
     files.read = read_by_each_server(context.config_file, config.network, config.access);
     for (auto const& forge : config.forges)
-        if (!forge.directory.empty())
+        switch (forge.source()) {
+        case ForgeConfig::Source::git_server: // what is fetched is in `caches`
+            break;
+        case ForgeConfig::Source::folder:
             files.read.push_back(forge.directory);
+            break;
+        }
     if (!config.ca_file.empty())
         files.read.push_back(config.ca_file.parent_path());
     if (config.docker) {

@@ -67,8 +67,13 @@ std::vector<NamedHost> named_hosts(SimulationConfig const& config)
     HostList hosts;
     hosts.add("server", config.address.host);
     for (auto const& forge : config.forges)
-        if (forge.directory.empty())
+        switch (forge.source()) {
+        case ForgeConfig::Source::git_server:
             hosts.add("forges", forge.url);
+            break;
+        case ForgeConfig::Source::folder:
+            break;
+        }
     for (auto const& registry : config.service.notify)
         hosts.add("notify", registry);
     return hosts.take();

@@ -283,15 +283,10 @@ asio::awaitable<result<>> LoadMonitor::Impl::run()
         happened.emplace(executor);
     for (auto const& server : table.servers())
         start(watches.at(server.address));
-
-    async::Wakeup forever(executor);
-    (void)co_await forever.wait();
-
-    tasks->cancel_all();
-    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-    co_await tasks->join();
+    auto const ended = co_await async::until_cancelled();
+    co_await tasks->end();
     tasks.reset();
-    co_return Failure(asio::error::operation_aborted);
+    co_return ended;
 }
 
 asio::awaitable<result<std::vector<LoadEvent>>> LoadMonitor::Impl::next_events()

@@ -265,9 +265,7 @@ asio::awaitable<result<>> MachineDiscovery::Impl::run()
         bool const cancelled = co_await async::is_cancelled();
         running = waited && !cancelled;
     }
-    lookups->cancel_all();
-    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-    co_await lookups->join();
+    co_await lookups->end();
     lookups.reset();
     co_return Failure(asio::error::operation_aborted);
 }

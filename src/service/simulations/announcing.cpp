@@ -121,19 +121,15 @@ asio::awaitable<void> Announcing::Impl::say_goodbye(std::string session_server)
 asio::awaitable<result<>> Announcing::Impl::run()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    auto const executor = co_await asio::this_coro::executor;
-    async::TaskGroup tasks(executor);
+    async::TaskGroup tasks(co_await asio::this_coro::executor);
     for (auto const& session_server : params.session_servers)
         tasks.spawn(keep_announcing(session_server));
-    async::Wakeup forever(executor);
-    (void)co_await forever.wait();
-    tasks.cancel_all();
-    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-    co_await tasks.join();
+    auto const ended = co_await async::until_cancelled();
+    co_await tasks.end();
     for (auto const& session_server : params.session_servers)
         tasks.spawn(say_goodbye(session_server));
-    co_await tasks.join();
-    co_return Failure(asio::error::operation_aborted);
+    co_await async::uncancellable(tasks.join());
+    co_return ended;
 }
 
 } // namespace webots_cloud

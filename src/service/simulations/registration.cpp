@@ -75,8 +75,7 @@ asio::awaitable<result<>> Registration::run()
         bool const cancelled = co_await async::is_cancelled();
         running = changed && !cancelled;
     }
-    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-    co_await tasks.join();
+    co_await tasks.end();
     impl_->changed.reset();
     co_return Failure(asio::error::operation_aborted);
 }

@@ -62,6 +62,23 @@ asio::awaitable<result<>> part(Clock& clock, Duration delay, std::string name,
     co_return Failure(errc::not_found, name);
 }
 
+asio::awaitable<void> task(asio::awaitable<result<>> body)
+{
+    (void)co_await std::move(body);
+}
+
+/// Has a part for as long as it is not cancelled.
+asio::awaitable<result<>> owner(Clock& clock, std::vector<std::string>& story)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    async::TaskGroup tasks(co_await asio::this_coro::executor);
+    tasks.spawn(task(part(clock, 10s, "a", story)));
+    auto const ended = co_await async::until_cancelled();
+    co_await tasks.end();
+    story.emplace_back("the owner ends");
+    co_return ended;
+}
+
 asio::awaitable<result<>> break_after(Clock& clock, Duration delay)
 {
     (void)co_await clock.wait_until(clock.now() + delay);
@@ -214,6 +231,19 @@ BOOST_AUTO_TEST_CASE(a_task_count_waits_for_its_last_task)
     world.run(tasks.join());
     BOOST_TEST(awake == 3);
     world.run(tasks.join()); // with nothing left, at once
+}
+
+BOOST_AUTO_TEST_CASE(who_is_cancelled_ends_after_the_tasks_that_it_owns)
+{
+    testing::World world;
+    std::vector<std::string> story;
+    auto const began = world.clock.now();
+    auto const ended =
+        world.run(async::with_deadline(world.clock, began + 2s, number_of(owner(world.clock, story))));
+    BOOST_TEST((ended.error() == errc::timed_out));
+    BOOST_TEST((world.clock.now() - began == Duration(3s)));
+    auto const expected = std::vector<std::string>{"a begins", "a is cancelled", "the owner ends"};
+    BOOST_TEST(story == expected, boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(a_deadlock_in_a_test_is_a_failure)
