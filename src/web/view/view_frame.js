@@ -2,6 +2,7 @@
 
 import { Console } from './console.js';
 import { say } from './texts.js';
+import { tokens } from './tokens.js';
 import { adopt, STYLE } from './view_style.js';
 import { SlowVoice } from './waiting.js';
 
@@ -29,7 +30,7 @@ export class ViewFrame extends EventTarget {
     this.#options = options;
     this.#host = document.createElement('div');
     this.#root = this.#host.attachShadow({ mode: 'open' });
-    adopt(this.#root, STYLE);
+    adopt(this.#root, tokens() + STYLE);
     this.#build();
     container.append(this.#host);
   }
