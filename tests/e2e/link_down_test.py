@@ -72,11 +72,11 @@ class LinkDown(unittest.TestCase):
             before = simulated()
             wait_until(lambda: simulated() > before, lambda: f"it stands still at {before}: {state()}: {status()}", 30)
             self.assertEqual(simulation.simulators(), simulators)  # the same one
-            browser.find_element("id", "start").click()
+            browser.find_element("id", "quit").click()
         elif state() != "running":  # the server has waited for `pingTimeout` and `reconnectGrace`
             self.assertIn("This simulation has ended", status())
         else:
-            browser.find_element("id", "start").click()
+            browser.find_element("id", "quit").click()
         simulation.wait_until_clean()
 
 

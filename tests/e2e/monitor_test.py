@@ -476,7 +476,7 @@ class Operator(unittest.TestCase):
         viewer = self.browser.current_window_handle
         self.browser.get(f"{self.session.url}/viewer/?url=local:/demo_projects/robots/blob/main/worlds/arena.wbt&lang=en")
         self.press("#start")
-        wait_until(lambda: "The simulation is running." in self.find("body").text, lambda: self.find("body").text)
+        wait_until(lambda: self.find("body").get_attribute("data-state") == "running", lambda: self.find("body").text)
         monitor = next(handle for handle in self.browser.window_handles if handle != viewer)
         self.browser.switch_to.window(monitor)
         wait_until(lambda: len(self.texts("td.action button")) == 1, "the simulation has no button")

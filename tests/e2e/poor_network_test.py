@@ -70,7 +70,7 @@ class PoorNetworks(unittest.TestCase):
         self.assertEqual(self.state(), "running", self.status())
         self.addCleanup(self.simulation.wait_until_clean)
         self.addCleanup(self.browser.get, "about:blank")
-        self.addCleanup(self.browser.execute_script, "document.body.dataset.state !== 'idle' && document.getElementById('start').click()")
+        self.addCleanup(self.browser.execute_script, "document.getElementById('quit').click()")
         self.simulators = self.simulation.simulators()
 
     def watch(self):

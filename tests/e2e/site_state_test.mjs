@@ -71,7 +71,7 @@ async function embed(t) {
 const reads = (page, text) => page.getByText(text).first().waitFor();
 
 const quit = async (page) => {
-  await page.click('#start');
+  await page.click('#quit');
   await page.waitForSelector('body[data-state="ended"], body[data-state="idle"]');
 };
 

@@ -170,10 +170,10 @@ TYPED = [
     Typed(name="a link to try a competition, of a test site", source="cyberbotics/webots-server#26",
           text="https://benchmark.webots.cloud/run?version=R2025a&url={quoted}&type=competition&context=try"),
     Typed(name="a link of another site, to its page of a simulation", source="cyberbotics/webots#1420", text="https://sim.example.org/simulation?url={}",
-          says="Expected the address of a world"),
+          says="is not a world: please copy a link that ends with .wbt"),
     Typed(name="a link between blanks and line ends", source="ganeshsjsu/webots-testing-lab README.md", text="  \n https://webots.cloud/run?url={} \n"),
     Typed(name="a short link of webots.cloud, whose world nobody else knows", source="cyberbotics/webots docs/guide/webots-cloud.md",
-          text="https://webots.cloud/ScExample", says="Expected the address of a world"),
+          text="https://webots.cloud/ScExample", says="is not a world: please copy a link that ends with .wbt"),
 ]
 
 LATIN = b"Stra\xdfe.png"

@@ -122,7 +122,7 @@ class Pages(ConnectionTest):
 
     def test_disconnect_ends_at_once_and_a_reload_starts_nothing(self):
         self.run_lasting_simulation()
-        self.click("start")
+        self.click("quit")
         self.wait_state("idle")
         viewer_test.wait_until(lambda: self.cloud.farewells == [1000], lambda: self.cloud.farewells)
         self.driver.refresh()

@@ -372,7 +372,7 @@ def page_file(path):
         return QR_LIBRARY
     if re.fullmatch(r"/class/[^./]*", path):  # A code, or none.
         return os.path.join(WEB, "class/index.html")
-    if path in ("/class/palette.css", "/class/page.css", "/class/favicon.svg"):
+    if path in ("/class/base.css", "/class/page.css", "/class/favicon.svg"):
         path = path.replace("class", "viewer")
     name = re.fullmatch(r"/(?:(?:viewer|class)/(?=view/))?(viewer/|class/|view/(?:texts/)?)([a-z0-9_]*\.?[a-z]*)", path)
     return os.path.join(WEB, name[1] + (name[2] or "index.html") if name else "none")

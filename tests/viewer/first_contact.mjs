@@ -24,7 +24,7 @@ test('one press starts a simulation whose picture moves, and stopping ends it', 
   await page.waitForFunction((time) => Number(document.body.dataset.time) > time, before.time + SHOWN_MS);
   assert.notDeepEqual(await picture.screenshot(), before.pixels, 'the picture stands still');
 
-  await page.click('#start'); // says "Quit" now
+  await page.click('#quit');
   await page.waitForSelector('body[data-state="ended"], body[data-state="idle"]');
 });
 

@@ -24,7 +24,7 @@ const root = (path) => fileURLToPath(new URL(`../../${path}`, import.meta.url));
 const WORLD = 'https://github.com/owner/repository/blob/main/worlds/arena.wbt';
 const WIDE = { viewport: { width: 1280, height: 800 } };
 const mobile = (width, height, deviceScaleFactor) => ({ viewport: { width, height }, deviceScaleFactor, hasTouch: true, isMobile: true });
-const SIZES = { wide: WIDE, large: { viewport: { width: 1920, height: 1080 } }, tablet: mobile(768, 1024, 2), upright: mobile(360, 740, 3), 'on-its-side': mobile(740, 360, 3) };
+const SIZES = { wide: { viewport: { width: 1280, height: 720 } }, large: { viewport: { width: 1440, height: 900 } }, tablet: mobile(768, 1024, 2), upright: mobile(390, 844, 3), 'on-its-side': mobile(844, 390, 3) };
 const LOOKS = { light: { colorScheme: 'light', locale: 'en-US' }, dark: { colorScheme: 'dark', locale: 'de-DE' } };
 const SHOWN_MS = 2000; // simulated time that passes before the picture is taken
 
@@ -66,9 +66,11 @@ async function run(page) {
 // What brings the viewer into each of its states, from the state before.
 const STATES = {
   idle: async () => {},
-  help: async (page) => page.click('#camera summary'),
+  help: async (page) => {
+    await page.click('#address > summary');
+    await page.click('#grammar summary');
+  },
   'wrong-address': async (page) => {
-    await page.click('#camera summary');
     await page.fill('#connect-to', 'nonsense');
     await page.click('#start');
     await state(page, 'failed');
@@ -109,7 +111,20 @@ const STATES = {
     await page.waitForSelector('#picture[data-live]');
     await simulate(page);
   },
+  share: async (page) => {
+    await page.click('#share');
+    await page.waitForSelector('#qr svg');
+  },
+  camera: async (page) => {
+    await page.keyboard.press('Escape');
+    await page.click('#show-help');
+  },
+  console: async (page) => {
+    await page.keyboard.press('Escape');
+    await page.click('#show-console');
+  },
   warning: async (page) => {
+    await page.click('#show-console');
     await cloud.call('send', 'simulation', 'shutdownTimeout: 240');
     await cloud.call('send', 'simulation', 'extendable: 900');
     await page.waitForSelector('#warning:not([hidden])');

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { accessibilityFindings } from './page.mjs';
-import { LANDSCAPE, PHONE, WORLD, cloud, openViewer, state, status } from './viewer_page.mjs';
+import { LANDSCAPE, PHONE, WORLD, cloud, enterAddress, openViewer, state, status } from './viewer_page.mjs';
 
 // What brings the page into each of its states, from the state before.
 const STATES = {
@@ -13,10 +13,11 @@ const STATES = {
       document.getElementById('notice').textContent = 'A demo simulator';
       document.getElementById('notice').hidden = false;
     });
-    await page.click('#camera summary');
+    await page.click('#address > summary');
+    await page.click('#grammar summary');
   },
   'senseless address': async (page) => {
-    await page.fill('#connect-to', 'nonsense');
+    await enterAddress(page, 'nonsense');
     await page.click('#start');
     await state(page, 'failed');
     await page.fill('#connect-to', WORLD);
@@ -47,13 +48,24 @@ const STATES = {
     await cloud.call('send', 'simulation', 'shutdownTimeout: 60');
     await page.waitForSelector('#warning:not([hidden])');
     await cloud.call('send', 'simulator', 'stdout:hello\nstderr:bad\n');
-    await page.waitForSelector('#console .stderr', { state: 'attached' });
+    await page.click('#show-console');
+    await page.waitForSelector('#console .stderr');
   },
   'no longer full screen': async (page) => {
     await page.click('#fullscreen');
     await page.waitForFunction(() => document.fullscreenElement === null);
   },
+  help: async (page) => {
+    await page.click('#show-help');
+    await page.waitForSelector('#camera[open]');
+  },
+  'a link to share': async (page) => {
+    await page.keyboard.press('Escape');
+    await page.click('#share');
+    await page.waitForSelector('#qr svg');
+  },
   fast: async (page) => {
+    await page.keyboard.press('Escape');
     await page.click('#fast');
     await state(page, 'fast');
   },

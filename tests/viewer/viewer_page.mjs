@@ -21,6 +21,12 @@ export async function openViewer(t, options) {
   return page;
 }
 
+// Where another world is entered: folded, while the page has one.
+export async function enterAddress(page, address) {
+  await page.locator('#address').evaluate((details) => { details.open = true; });
+  await page.fill('#connect-to', address);
+}
+
 export async function runSimulation(t, options) {
   const page = await openViewer(t, options);
   await page.click('#start');

@@ -1,9 +1,10 @@
 // The viewer page in its sizes and languages, against fake servers.
 
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { inFirefox, until } from './page.mjs';
-import { LANDSCAPE, PHONE, cloud, openViewer, runSimulation, state } from './viewer_page.mjs';
+import { LANDSCAPE, PHONE, WORLD, cloud, enterAddress, openViewer, runSimulation, state } from './viewer_page.mjs';
 
 const sent = async (prefix) => (await cloud.get('controls')).filter((message) => message.startsWith(prefix));
 const box = (page, selector) => page.locator(selector).evaluate((element) => element.getBoundingClientRect().toJSON());
@@ -23,7 +24,7 @@ test('the picture is asked for in device pixels, at most 1920x1200', async (t) =
 });
 
 test('the mouse is where the simulator thinks it is', async (t) => {
-  const page = await runSimulation(t, { deviceScaleFactor: 2 });
+  const page = await runSimulation(t, { deviceScaleFactor: 2, viewport: { width: 900, height: 600 } });
   const screen = await box(page, '#picture');
   await page.mouse.move(Math.round(screen.x) + 100, Math.round(screen.y) + 60);
   await page.mouse.wheel(0, 100);
@@ -78,7 +79,7 @@ test('the pictures of simulators that do not let scripts read them are shown by 
   const { width, height } = await box(page, '#screen');
   const wanted = `resize: ${Math.round(width)}x${Math.round(height)}`; // Nobody could notice that more is too much for the network.
   await until(async () => (await sent('resize: ')).at(-1) === wanted, wanted);
-  await page.click('#start');
+  await page.click('#quit');
   await state(page, 'idle');
   await until(async () => await cloud.get('streams') === 0, 'the end of the stream');
 });
@@ -115,7 +116,7 @@ test('the screen stays on while a simulation runs, and no longer', async (t) => 
   await page.waitForFunction(() => window.locks === 0);
   await page.click('#fast');
   await page.waitForFunction(() => window.locks === 1);
-  await page.click('#start');
+  await page.click('#quit');
   await page.waitForFunction(() => window.locks === 0);
 });
 
@@ -134,14 +135,15 @@ test('the last picture stays while the page returns to the simulator', async (t)
 
 test('full screen shows the picture, its controls and what happens', async (t) => {
   const page = await runSimulation(t);
-  const before = (await box(page, '#screen')).height;
   await page.click('#fullscreen');
   await page.waitForFunction(() => document.fullscreenElement !== null);
-  await page.waitForFunction((height) => document.getElementById('screen').clientHeight > height, before);
   await page.waitForSelector('#fullscreen[aria-pressed="true"]');
-  for (const id of ['status', 'pause', 'start'])
+  for (const id of ['pause', 'time', 'quit'])
     assert.ok(await inSight(page, id), `${id} is out of sight`);
-  await until(async () => (await sent('resize: ')).length >= 2, 'the new size');
+  await page.waitForFunction(() => Math.abs(document.getElementById('controls').getBoundingClientRect().bottom - innerHeight) < 1);
+  await cloud.set('mute', ['simulator']);
+  await state(page, 'lost');
+  assert.ok(await inSight(page, 'status'), 'what happens is out of sight');
   await page.click('#fullscreen');
   await page.waitForFunction(() => document.fullscreenElement === null);
 });
@@ -152,7 +154,7 @@ test('a telephone on its side shows the picture on most of its screen, with the 
   const screen = await box(page, '#screen');
   assert.ok(screen.height >= 0.8 * height, `the picture is ${screen.height} high`);
   assert.ok(screen.width >= 0.75 * width, `the picture is ${screen.width} wide`);
-  for (const id of ['status', 'start', 'play', 'pause', 'reload', 'fullscreen', 'time'])
+  for (const id of ['play', 'pause', 'reload', 'fullscreen', 'time', 'quit'])
     assert.ok(await inSight(page, id), `${id} is out of sight`);
 });
 
@@ -165,7 +167,7 @@ test('a telephone on which the page was scrolled shows what happens when the sim
     });
     await state(page, 'running');
     await page.waitForSelector('#picture[data-live]');
-    for (const id of ['status', 'start', 'time'])
+    for (const id of ['play', 'quit', 'time'])
       assert.ok(await inSight(page, id), `${id} is out of sight`);
     assert.equal(await page.isVisible('#no-scene'), false); // There is nothing to choose now.
     await page.evaluate(() => window.scrollTo(0, document.body.scrollHeight));
@@ -179,9 +181,118 @@ test('a telephone on which the page was scrolled shows what happens when the sim
 test('an upright telephone shows picture and controls at once', async (t) => {
   const page = await runSimulation(t, PHONE);
   const screen = await box(page, '#screen');
-  assert.ok(screen.height >= 0.4 * PHONE.viewport.height, `the picture is ${screen.height} high`);
-  for (const id of ['status', 'start', 'play', 'reload', 'time'])
+  assert.ok(screen.height >= 0.7 * PHONE.viewport.height, `the picture is ${screen.height} high`);
+  for (const id of ['play', 'reload', 'time', 'quit'])
     assert.ok(await inSight(page, id), `${id} is out of sight`);
+});
+
+const SIZES = [{ width: 1280, height: 720 }, { width: 1440, height: 900 }];
+
+test('before a start the page is a picture of the world, with its name and the button in it', async (t) => {
+  for (const { viewport, ...options } of [...SIZES.map((viewport) => ({ viewport })), PHONE, LANDSCAPE]) {
+    const page = await openViewer(t, { ...options, viewport });
+    assert.equal(await page.textContent('#world-name'), 'arena');
+    const poster = await box(page, '#poster > svg');
+    const button = await box(page, '#start');
+    assert.ok(poster.width * poster.height >= 0.6 * viewport.width * viewport.height, `the picture has ${poster.width}x${poster.height}`);
+    assert.ok(button.left >= poster.left && button.right <= poster.right && button.top >= poster.top && button.bottom <= poster.bottom, 'the button is elsewhere');
+    assert.ok(await inSight(page, 'start'), 'the button is out of sight');
+    for (const id of ['connect-to', 'console', 'controls', 'status'])
+      assert.ok(await isFolded(page, id), `${id} is there before anybody wants it`);
+  }
+});
+
+test('while it runs the simulation has the window, but for one row of controls below it', async (t) => {
+  for (const viewport of SIZES) {
+    const page = await runSimulation(t, { viewport });
+    const screen = await box(page, '#screen');
+    const controls = await box(page, '#controls');
+    assert.deepEqual([screen.left, screen.top, screen.width], [0, 0, viewport.width]);
+    assert.ok(screen.height >= viewport.height - 64, `the picture is ${screen.height} high`);
+    assert.deepEqual([controls.top, controls.bottom], [screen.bottom, viewport.height]);
+    for (const id of ['status', 'connect-to', 'console'])
+      assert.ok(await isFolded(page, id), `${id} is there before anybody wants it`);
+    const times = await page.locator('time').evaluateAll((elements) => elements.filter((element) => element.checkVisibility()).map(({ id }) => id));
+    assert.deepEqual(times, ['time']);
+    await page.click('#show-console');
+    assert.ok(await inSight(page, 'console'), 'the console is out of sight');
+    assert.ok(await inSight(page, 'play'), 'the controls are out of sight');
+  }
+});
+
+test('what there is to say while it runs is one line over the picture', async (t) => {
+  const page = await runSimulation(t);
+  await cloud.set('mute', ['simulator']);
+  await state(page, 'lost');
+  assert.ok(await inSight(page, 'status'), 'nobody is told');
+  const [screen, report] = [await box(page, '#screen'), await box(page, '#report')];
+  assert.deepEqual([report.left, report.top, report.width], [screen.left, screen.top, screen.width]);
+  await cloud.set('mute', []);
+  await state(page, 'running');
+  await page.waitForSelector('#report.quiet');
+});
+
+test('a wrong address is answered in one line, and how they are written is told to who asks', async (t) => {
+  const page = await openViewer(t);
+  await enterAddress(page, 'nonsense');
+  await page.click('#start');
+  await state(page, 'failed');
+  assert.equal(await page.textContent('#status'), '"nonsense" is not a complete address: please copy the whole link to the world.');
+  const { height } = await box(page, '#status');
+  const lineHeight = await page.locator('#status').evaluate((element) => parseFloat(getComputedStyle(element).lineHeight));
+  assert.ok(height < 2.5 * lineHeight, `the sentence is ${height} high`);
+  assert.equal(await page.isVisible('#grammar li'), false);
+  await page.getByText('How do I write an address?').click();
+  await page.getByText('A simulator that is running already:').waitFor();
+});
+
+test('the link to share, and its QR code, start the same world in the same way', async (t) => {
+  const page = await runSimulation(t);
+  await page.click('#share');
+  await page.waitForSelector('#qr svg path');
+  const link = new URL(await page.inputValue('#link'));
+  assert.deepEqual([link.pathname, link.searchParams.get('url'), link.searchParams.get('mode')], ['/viewer/', WORLD, null]);
+  assert.ok(await page.isVisible('#link-local'), 'nobody says that the link is of this machine alone');
+  await page.evaluate(() => Object.defineProperty(navigator, 'clipboard', { value: undefined })); // as on pages without TLS
+  await page.click('#copy');
+  await page.waitForFunction(() => document.getElementById('copy').textContent === 'Copied');
+  await page.keyboard.press('Escape');
+  assert.equal(await page.isVisible('#sharing'), false);
+  assert.equal(await page.getAttribute('body', 'data-state'), 'running');
+});
+
+test('a screenshot is a file of the picture, as large as the simulator has drawn it', { skip: inFirefox('its driver tells nothing of downloads') }, async (t) => {
+  const page = await runSimulation(t);
+  const downloads = page.waitForEvent('download');
+  await page.click('#screenshot');
+  const download = await downloads;
+  assert.equal(download.suggestedFilename(), 'arena.png');
+  const file = await readFile(await download.path());
+  const size = await page.locator('#picture > canvas').evaluate(({ width, height }) => [width, height]);
+  assert.deepEqual([file.readUInt32BE(16), file.readUInt32BE(20)], size);
+});
+
+test('who cannot have a screenshot is told what to do', async (t) => {
+  await cloud.set('picture_headers', '');
+  const page = await runSimulation(t);
+  await page.click('#screenshot');
+  await page.waitForSelector('#warning:not([hidden])');
+  assert.match(await page.textContent('#warning-text'), /please take the screenshot with your system/);
+});
+
+test('after its end there is the poster again, with a button that starts', async (t) => {
+  const page = await runSimulation(t);
+  await page.click('#quit');
+  await state(page, 'idle');
+  assert.ok(await page.isVisible('#poster > svg'), 'there is no picture');
+  await page.click('#start');
+  await state(page, 'running');
+});
+
+// Not there for who sees, or behind an element that opens.
+const isFolded = (page, id) => page.locator(`#${id}`).evaluate((element) => {
+  const { width, height } = element.getBoundingClientRect();
+  return !element.checkVisibility() || width * height <= 1;
 });
 
 const inSight = (page, id) => page.locator(`#${id}`).evaluate((element) => {
@@ -197,7 +308,7 @@ test('the language is that of the browser, or the one that was chosen, which is 
   await page.selectOption('#language', 'fr');
   await page.waitForFunction(() => document.getElementById('start').textContent === 'Lancer la simulation');
   assert.equal(await page.textContent('#light-text'), 'Une machine est libre.');
-  assert.equal(await page.textContent('#status'), 'Tout est prêt.');
+  assert.equal(await page.textContent('#connection label'), 'Adresse du monde');
   await page.reload();
   await page.waitForSelector('html[lang="fr"]');
   assert.equal(await page.textContent('#start'), 'Lancer la simulation');
@@ -219,7 +330,7 @@ test('in every language nothing is left unsaid, and a telephone needs no scrolli
     }, language);
     await page.waitForSelector(`html[lang="${language}"]`);
     const { silent, width } = await page.evaluate(() => ({
-      silent: [...document.querySelectorAll('[data-say]')].filter(({ textContent, dataset }) => textContent === '' || textContent === dataset.say).length,
+      silent: [...document.querySelectorAll('[data-say], .tool > span')].filter(({ textContent, dataset }) => textContent === '' || /^\w+\.\w+$/.test(textContent) || textContent === dataset.say).length,
       width: document.documentElement.scrollWidth,
     }));
     assert.deepEqual([language, silent, width], [language, 0, PHONE.viewport.width]);

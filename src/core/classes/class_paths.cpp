@@ -13,7 +13,7 @@ std::string class_file(std::string_view path)
     // The page finds the viewer's files below itself, so that proxies need one rule for both.
     if (name.starts_with("view/"))
         return std::string(name);
-    if (name == "palette.css" || name == "page.css" || name == "favicon.svg")
+    if (name == "base.css" || name == "page.css" || name == "favicon.svg")
         return concat("viewer/", name);
     if (name.find_first_of("./") == std::string_view::npos)
         return "class/index.html";

@@ -18,7 +18,7 @@ export const socketToWeb = (url) => url.replace(/^ws/i, 'http');
 export function parseAddress(text, ownServer) {
   const address = text.trim();
   if (address === '')
-    throw new Error(withExpected(say('address.empty')));
+    throw new Error(say('address.empty'));
   for (const link of linksIn(address))
     try {
       return parseLink(link, ownServer);
@@ -33,14 +33,14 @@ function parseLink(text, ownServer) {
     return asksForWorld(url) ? sessionRequest(parseUrl(socketToWeb(address)), socketToWeb(address)) : simulator(url, address);
   const isWeb = url.protocol === 'http:' || url.protocol === 'https:';
   if (!isWeb && !isFolder(url))
-    throw new Error(withExpected(say('address.scheme', { scheme: url.protocol })));
+    throw new Error(say('address.scheme', { scheme: url.protocol }));
   if (isWeb && /\/session(\.php)?$/.test(url.pathname))
     return sessionRequest(url, address);
   if (isWeb && /^\/run\/?$/.test(url.pathname) && asksForWorld(url)) // https://webots.cloud/run?version=R2025a&url=<world>
     return parseLink(worldIn(url, address), ownServer);
   if (isWorld(url.pathname))
     return { kind: 'session', server: ownServer, request: `${ownServer}session?url=${address}`, world: address };
-  throw new Error(withExpected(say('address.unknown', { address })));
+  throw new Error(say('address.unknown', { address }));
 }
 
 // [![name](picture)](link), [name]: link, <a href="link"><img src="picture"></a>, <link>, and ":target: link" of reStructuredText.
@@ -52,13 +52,11 @@ function linksIn(text) {
 // Some browsers show, and let people copy, addresses without "https://".
 const withScheme = (text) => (/^[a-z0-9-]+(\.[a-z0-9-]+)+\//i.test(text) ? `https://${text}` : text);
 
-const withExpected = (problem) => `${problem} ${say('address.expected')}`;
-
 function parseUrl(address) {
   try {
     return new URL(address);
   } catch {
-    throw new Error(withExpected(say('address.incomplete', { address })));
+    throw new Error(say('address.incomplete', { address }));
   }
 }
 
@@ -69,7 +67,7 @@ const isWorld = (path) => path.toLowerCase().endsWith('.wbt');
 
 function simulator(url, address) {
   if (isWorld(url.pathname))
-    throw new Error(withExpected(say('address.website', { address })));
+    throw new Error(say('address.website', { address }));
   return { kind: 'simulator', url: `${url.protocol}//${url.host}${url.pathname}`.replace(/\/+$/, '') };
 }
 
@@ -78,7 +76,7 @@ const asksForWorld = (url) => /[?&]url=/.test(url.search);
 function sessionRequest(url, address) {
   const world = worldIn(url, address);
   if (world === '')
-    throw new Error(withExpected(say('address.noWorld', { address })));
+    throw new Error(say('address.noWorld', { address }));
   return { kind: 'session', server: sessionServerOf(url), request: address, world };
 }
 

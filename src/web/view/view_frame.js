@@ -1,6 +1,7 @@
 // What people see of a View: the picture, the toolbar, the panels. Knows nothing of servers. Touches the DOM.
 
 import { Console } from './console.js';
+import { sharedStyle } from './shared_style.js';
 import { say } from './texts.js';
 import { adopt, STYLE } from './view_style.js';
 import { SlowVoice } from './waiting.js';
@@ -29,7 +30,7 @@ export class ViewFrame extends EventTarget {
     this.#options = options;
     this.#host = document.createElement('div');
     this.#root = this.#host.attachShadow({ mode: 'open' });
-    adopt(this.#root, STYLE);
+    adopt(this.#root, sharedStyle() + STYLE);
     this.#build();
     container.append(this.#host);
   }

@@ -1,34 +1,19 @@
-// How View looks: a style sheet of its own, which the page around it neither sees nor changes, but for the properties
-// --webots-accent, -panel, -text and -line, and its color-scheme. No DOM.
+// How View looks: a style sheet of its own, which the page around it neither sees nor changes, but for the properties that tokens.css
+// names, and its color-scheme. No DOM.
 
 export const STYLE = `
 :host {
-  --accent: var(--webots-accent, #1f5fbf);
-  --panel: var(--webots-panel, #ffffff);
-  --text: var(--webots-text, #1b2430);
-  --line: var(--webots-line, #aab4c2);
-  --bad: #b3261e;
   display: block;
   width: 100%;
   height: 100%;
   min-height: 14rem;
   color: var(--text);
-  font: 0.9375rem/1.4 system-ui, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif;
-}
-/* Dark where the page is: its \`color-scheme\` is inherited. */
-@supports (color: light-dark(#000, #fff)) {
-  :host {
-    --accent: var(--webots-accent, light-dark(#1f5fbf, #7fb0ff));
-    --panel: var(--webots-panel, light-dark(#ffffff, #1b212a));
-    --text: var(--webots-text, light-dark(#1b2430, #e6eaf0));
-    --line: var(--webots-line, light-dark(#aab4c2, #5a6675));
-    --bad: light-dark(#b3261e, #ff8a80);
-  }
+  font: 0.9375rem/1.4 var(--font);
 }
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
 .view { display: flex; flex-direction: column; width: 100%; height: 100%; min-height: inherit; overflow: hidden; background: var(--panel); border: 1px solid var(--line); border-radius: 6px; }
-.stage { position: relative; flex: 1 1 14rem; min-height: 8rem; overflow: hidden; background: #20262e; }
+.stage { position: relative; flex: 1 1 14rem; min-height: 8rem; overflow: hidden; background: var(--screen); }
 .display { position: absolute; inset: 0; }
 .labels { position: absolute; inset: 0; overflow: hidden; container-type: size; pointer-events: none; }
 .labels span { position: absolute; white-space: pre; text-shadow: 0 0 2px #000, 0 0 2px #000; }
@@ -58,7 +43,7 @@ a { color: var(--accent); padding: 0.2rem 0.6rem; }
 .panels header { display: flex; align-items: center; gap: 0.35rem; padding: 0.25rem 0.5rem; }
 .panels header p { flex: 1; margin: 0; font-weight: 600; }
 .panels iframe { flex: 1; width: 100%; min-height: 9rem; border: 0; background: #fff; color-scheme: light; }
-.console { flex: 1; min-height: 6rem; max-height: 16rem; overflow: auto; padding: 0.25rem 0.5rem; font: 0.8125rem/1.35 ui-monospace, "DejaVu Sans Mono", monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
+.console { flex: 1; min-height: 6rem; max-height: 16rem; overflow: auto; padding: 0.25rem 0.5rem; font: 0.8125rem/1.35 var(--mono); white-space: pre-wrap; overflow-wrap: anywhere; }
 .console .stderr { color: var(--bad); }
 @media (max-height: 30rem) { .toolbar :is(button, select) { padding-inline: 0.4rem; } } /* one row on a telephone on its side */
 :host(:fullscreen) .view { border: 0; border-radius: 0; }

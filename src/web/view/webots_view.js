@@ -60,6 +60,7 @@ import { Labels } from './labels.js';
 import { Picture } from './picture.js';
 import { RobotWindows } from './robot_windows.js';
 import { Session } from './session.js';
+import { loadSharedStyle } from './shared_style.js';
 import { loadTexts, say } from './texts.js';
 import { ViewFrame } from './view_frame.js';
 import { adopt, ELEMENT_STYLE } from './view_style.js';
@@ -79,7 +80,7 @@ const ownServer = sessionServerOf(new URL('..', import.meta.url));
 // Pages set members of `webots` before or after this module is loaded.
 export const webots = globalThis.webots ??= {};
 
-let texts = null;
+let essentials = null; // texts and style, while they are fetched and afterwards
 
 export class View {
   broadcast = false;
@@ -146,7 +147,7 @@ export class View {
     this.#ticket = ticket;
     this.#openAgain = () => this.open(url, mode, { request });
     const attempt = ++this.#attempt;
-    await (texts ??= loadTexts());
+    await (essentials ??= Promise.all([loadTexts(), loadSharedStyle()]));
     if (attempt !== this.#attempt)
       return;
     this.#build();

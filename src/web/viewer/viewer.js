@@ -12,16 +12,20 @@ import { fetchAgain } from './view/fetch_again.js';
 import { forget, recall, remember } from './view/memory.js';
 import { loadPageTexts, offerLanguages } from './view/page_texts.js';
 import { Picture } from './view/picture.js';
+import { showPoster, worldName } from './view/poster.js';
 import { Scene } from './view/scene.js';
+import { saveScreenshot } from './view/screenshot.js';
 import { Session } from './view/session.js';
 import { say } from './view/texts.js';
+import { Toolbar } from './view/toolbar.js';
 import { WakeLock } from './view/wake_lock.js';
 import { placeText, returningText, SlowVoice, waitingTitle } from './view/waiting.js';
 import { whenBack } from './view/watch.js';
+import { Sharing } from './sharing.js';
 
 const SETTLING_MS = 3000; // the server updates its availability once a second
+const SOON_S = 1800; // in which a simulation ends, so that people are told all the time
 const PICTURE_S = 10; // by then the first picture is there
-const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
 
 await loadPageTexts();
 
@@ -45,6 +49,8 @@ let unseen = ''; // what happened while the page was hidden: 'started' or 'free'
 let saidStatus = () => say('viewer.idle'); // said again when the language changes
 const output = new Console(element('console'));
 const wakeLock = new WakeLock();
+const toolbar = new Toolbar(element('controls'));
+const sharing = new Sharing(linkToShare);
 const picture = new Picture(element('screen'), { resized: (size) => session?.resize(size) });
 picture.element.id = 'picture';
 const scene = new Scene(element('screen'), { told: setWarning });
@@ -71,11 +77,14 @@ function setText(id, text) {
     element(id).textContent = text;
 }
 
-// `text` is a text, or a function that says it in the language of the page.
-function setStatus(text, problem = false) {
+// `text` is a text, or a function that says it in the language of the page. `quiet`: people see it anyway, so that only screen readers are told.
+function setStatus(text, { problem = false, quiet = false } = {}) {
   saidStatus = typeof text === 'function' ? text : () => text;
   setText('status', saidStatus());
   element('status').classList.toggle('problem', problem);
+  element('report').classList.toggle('problem', problem);
+  element('status').classList.toggle('unseen', quiet);
+  element('report').classList.toggle('quiet', quiet && ready);
 }
 
 // People look at other tabs meanwhile.
@@ -126,25 +135,29 @@ function setWarning(text) {
 
 function setTime(milliseconds) {
   page.dataset.time = milliseconds;
-  const total = Math.max(0, Math.round(milliseconds));
-  const part = (unit, count, digits) => String(Math.floor(total / unit) % count).padStart(digits, '0');
-  setText('time', `${Math.floor(total / 3600000)}:${part(60000, 60, 2)}:${part(1000, 60, 2)}.${part(1, 1000, 3)}`);
+  toolbar.setTime(milliseconds);
+}
+
+// A simulation has the window from its start on, so that the simulator is asked once for a picture of that size.
+function takeWindow() {
+  page.classList.add('watching');
+  window.scrollTo(0, 0);
+  element('address').open = false;
 }
 
 function setState(state) {
   page.dataset.state = state;
-  if (ready && !page.classList.contains('watching'))
-    window.scrollTo(0, 0); // Small screens show little else then, and begin with what happens.
-  page.classList.toggle('watching', ready);
   const active = session !== null;
+  page.classList.toggle('watching', active && state !== 'waiting'); // a long wait has the page's other parts
+  element('report').classList.toggle('card', !ready);
+  element('report').classList.toggle('line', ready);
   setText('start', startText());
   element('start').classList.toggle('leave', active);
   element('connect-to').readOnly = active;
   element('show').disabled = active;
-  for (const id of COMMANDS)
-    element(id).disabled = !ready;
-  for (const [id, pressed] of [['play', 'running'], ['pause', 'paused'], ['fast', 'fast']])
-    element(id).setAttribute('aria-pressed', String(state === pressed));
+  toolbar.setState(state, ready);
+  element('screenshot').disabled = !ready;
+  element('quit').disabled = !active;
   element('extend').disabled = false;
   wakeLock.wanted = state === 'running' || state === 'fast';
 }
@@ -153,15 +166,12 @@ function startText() {
   if (place !== null)
     return say('viewer.leaveLine');
   if (session !== null)
-    return ready ? say('viewer.disconnect') : say('viewer.cancel');
+    return say('viewer.cancel');
   return page.dataset.state === 'idle' ? say('viewer.start') : say('viewer.startAgain');
 }
 
-// What stands where the picture will be.
-function sayWithoutPicture() {
-  if (place !== null)
-    return setText('no-picture', say('waiting.hint'));
-  setText('no-picture', session === null ? say('viewer.noSimulation') : say('viewer.pictureComes'));
+function sayHint() {
+  setText('no-picture', place === null ? '' : say('waiting.hint'));
 }
 
 const sayPlace = () => (place.ahead === undefined ? returningText(place.returning) : placeText(place));
@@ -175,7 +185,7 @@ function showPlace(told) {
   if (isNew) {
     setProgress(undefined);
     setState('waiting');
-    sayWithoutPicture();
+    sayHint();
   }
   voice.tell(isNew ? `${sayPlace()} ${say('waiting.hint')}` : sayPlace());
   sayTitle();
@@ -188,7 +198,7 @@ function leaveLine() {
   voice.stop();
   element('status').setAttribute('aria-live', 'polite');
   setState('starting');
-  sayWithoutPicture();
+  sayHint();
   sayTitle();
 }
 
@@ -206,7 +216,10 @@ function sayAll() {
   setText('light-text', light());
   setText('status', saidStatus());
   setText('start', startText());
-  sayWithoutPicture();
+  sayHint();
+  toolbar.sayAll();
+  sharing.sayAll();
+  sayWorld();
   picture.sayName();
   scene.sayName();
   offerScene();
@@ -234,9 +247,10 @@ function start() {
     field.removeAttribute('aria-invalid');
   } catch (error) {
     field.setAttribute('aria-invalid', 'true');
+    element('address').open = true;
     field.focus();
     setState('failed');
-    return setStatus(error.message, true);
+    return setStatus(error.message, { problem: true });
   }
   if (target.kind === 'scene')
     return openScene(target.url);
@@ -247,14 +261,14 @@ function start() {
 // A file, not a simulation: nothing runs and nothing ends.
 async function openScene(url) {
   setWarning('');
-  setText('no-picture', '');
   setState('idle');
   try {
     await scene.open(url);
+    element('poster').hidden = true;
     setStatus(() => say('viewer.sceneFile'));
   } catch (error) {
     setState('failed');
-    setStatus(error.message, true);
+    setStatus(error.message, { problem: true });
   }
 }
 
@@ -264,6 +278,8 @@ function begin(target, kept = null) {
   note('');
   scene.hide();
   lastMode = 'paused';
+  element('poster').hidden = false;
+  takeWindow();
   session = new Session(target, picture.size, kept);
   session.hidden = document.hidden;
   deadline = { ends: Infinity, extendable: 0 };
@@ -273,15 +289,15 @@ function begin(target, kept = null) {
   setTime(0);
   setText('world', '');
   setWarning('');
-  sayWithoutPicture();
+  sayHint();
   setState('starting');
   session.start();
 }
 
-// How much time is left, and whether there can be more.
+// How much time is left, once that matters, and whether there can be more.
 function showDeadline() {
   const left = Math.max(0, Math.round((deadline.ends - Date.now()) / 1000));
-  element('deadline').hidden = session === null || !Number.isFinite(left);
+  element('deadline').hidden = session === null || left > SOON_S;
   element('extend').hidden = element('deadline').hidden || deadline.extendable === 0;
   const two = (number) => String(number % 60).padStart(2, '0');
   setText('left', `${Math.floor(left / 3600)}:${two(Math.floor(left / 60))}:${two(left)}`);
@@ -333,9 +349,9 @@ function leave(state, text) {
   setWarning('');
   showDeadline();
   setProgress(undefined);
-  sayWithoutPicture();
+  sayHint();
   setState(state);
-  setStatus(text, state !== 'idle');
+  setStatus(text, { problem: state !== 'idle' });
 }
 
 function disconnect() {
@@ -361,7 +377,7 @@ function listen(to) {
   });
   on('problem', ({ text }) => {
     leaveLine();
-    setStatus(text, true);
+    setStatus(text, { problem: true });
   });
   on('ticket', (given) => {
     ticket = given === null ? null : { target: to.target, address: element('connect-to').value, ticket: given };
@@ -374,10 +390,10 @@ function listen(to) {
     if (!ready)
       return;
     setState('lost');
-    for (const id of [...COMMANDS, 'extend'])
-      element(id).disabled = !connected; // nobody would hear it
+    toolbar.setState('lost', connected); // nobody would hear it
+    element('extend').disabled = !connected;
     availability.recheck();
-    setStatus(text, true);
+    setStatus(text, { problem: true });
   });
   on('notice', ({ text }) => setWarning(text));
   on('deadline', (told) => {
@@ -400,8 +416,10 @@ function listen(to) {
     showMode();
   });
   on('ready', () => {
-    if (!ready)
+    if (!ready) {
       note('started');
+      window.scrollTo(0, 0);
+    }
     ready = true;
     setProgress(undefined);
     showMode();
@@ -418,7 +436,50 @@ function showMode() {
   if (!ready || session.lost)
     return;
   setState(lastMode);
-  setStatus(sayMode);
+  setStatus(sayMode, { quiet: true });
+}
+
+// The world of the address, by its name and picture.
+function sayWorld() {
+  const address = element('connect-to').value.trim();
+  setText('world-name', worldName(address));
+  if (element('poster').dataset.address === address)
+    return;
+  element('poster').dataset.address = address;
+  showPoster(element('poster'));
+}
+
+// What others open to start the same world.
+function linkToShare() {
+  const link = new URL('./', location.href);
+  link.search = `?${element('show').value === 'w3d' ? 'mode=w3d&' : ''}url=${encodeURIComponent(element('connect-to').value.trim())}`;
+  return link.href;
+}
+
+async function screenshot() {
+  const problem = await saveScreenshot(session?.target.mode === 'w3d' ? scene : picture, element('world-name').textContent);
+  if (problem !== '')
+    setWarning(problem);
+}
+
+function toggleConsole() {
+  const { hidden } = element('output');
+  element('output').hidden = !hidden;
+  element('show-console').setAttribute('aria-pressed', String(hidden));
+  if (hidden)
+    element('output').scrollIntoView({ block: 'nearest' });
+}
+
+function buildToolbar() {
+  toolbar.addCommands((name) => session?.simulator?.[name](), (name) => ({ id: name }));
+  const world = Object.assign(document.createElement('span'), { id: 'world' });
+  toolbar.addTime(world, element('deadline')).id = 'time';
+  toolbar.add('console', toggleConsole, { id: 'show-console' }).setAttribute('aria-pressed', 'false');
+  toolbar.add('share', () => sharing.open(), { id: 'share' });
+  toolbar.add('screenshot', screenshot, { id: 'screenshot' });
+  offerFullscreen(toolbar.add('fullscreen', () => {}, { id: 'fullscreen' }));
+  toolbar.add('help', () => element('camera').showModal(), { id: 'show-help' });
+  toolbar.add('quit', ({ detail: clicks }) => session !== null && clicks <= 1 && disconnect(), { id: 'quit' });
 }
 
 // Offers the scene, or says why there is none; again when the network is back, which may have been the reason.
@@ -427,8 +488,10 @@ async function offerScene() {
   setText('no-scene', missing);
   element('no-scene').hidden = missing === '';
   element('show').querySelector('[value="w3d"]').disabled = missing !== '';
-  if (missing !== '')
-    element('show').value = 'mjpeg';
+  if (missing === '')
+    return;
+  element('address').open ||= element('show').value === 'w3d'; // where it says why
+  element('show').value = 'mjpeg';
 }
 
 // Telephones by Apple show nothing but films in full screen: then there is no button.
@@ -462,6 +525,8 @@ async function loadDefaults() {
     element('notice').hidden = false;
   }
   followAvailability();
+  element('address').open = field.value === '' && session === null;
+  sayWorld();
 }
 
 // Enter in the address field. The button is not of type "submit", which Enter would press, so that only a click ends a simulation.
@@ -479,12 +544,11 @@ element('start').addEventListener('click', ({ detail: clicks }) => {
     disconnect();
 });
 element('connect-to').addEventListener('change', followAvailability);
+element('connect-to').addEventListener('input', sayWorld);
 element('clear').addEventListener('click', () => output.clear());
 element('dismiss').addEventListener('click', () => setWarning(''));
-for (const id of COMMANDS)
-  element(id).addEventListener('click', () => session?.simulator?.[id]());
 offerLanguages(element('language'), sayAll);
-offerFullscreen(element('fullscreen'));
+buildToolbar();
 // Links may ask for the scene.
 element('show').value = new URLSearchParams(location.search).get('mode') === 'w3d' ? 'w3d' : 'mjpeg';
 sayAll();

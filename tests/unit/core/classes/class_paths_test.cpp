@@ -14,7 +14,7 @@ BOOST_AUTO_TEST_CASE(a_code_is_the_page_and_a_name_with_a_dot_is_a_file)
     BOOST_TEST(class_file("/class/a/b") == "class/a/b");
     BOOST_TEST(class_file("/class/view/session.js") == "view/session.js");
     BOOST_TEST(class_file("/class/view/texts/en.json") == "view/texts/en.json");
-    BOOST_TEST(class_file("/class/palette.css") == "viewer/palette.css");
+    BOOST_TEST(class_file("/class/base.css") == "viewer/base.css");
     BOOST_TEST(class_file("/class/page.css") == "viewer/page.css");
     BOOST_TEST(class_file("/class") == "");
     BOOST_TEST(class_file("/classroom") == "");

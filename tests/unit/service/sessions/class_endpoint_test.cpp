@@ -385,7 +385,7 @@ BOOST_AUTO_TEST_CASE(the_paths_of_the_page)
     auto const moved = fixture.get("/class");
     BOOST_TEST(moved.status == 301);
     BOOST_TEST(moved.headers.front().second == "class/");
-    for (auto const* path : {"/class/palette.css", "/class/favicon.svg", "/class/view/session.js",
+    for (auto const* path : {"/class/base.css", "/class/favicon.svg", "/class/view/session.js",
                              "/class/view/texts/en.json", "/class/defaults.json"})
         BOOST_TEST(fixture.get(path).status == 200, path);
     BOOST_TEST((fixture.get("/class/view/session.js").text() == fixture.get("/view/session.js").text()));

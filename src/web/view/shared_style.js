@@ -1,0 +1,19 @@
+// The style sheets that our pages link, for what has a shadow tree of its own. No DOM.
+
+import { fetchAgain } from './fetch_again.js';
+
+const SHEETS = ['tokens.css', 'simulation.css'];
+
+let style = '';
+
+// Views wait for it before they are built. If it fails, they have the browser's own look.
+export async function loadSharedStyle() {
+  try {
+    const answers = await Promise.all(SHEETS.map((sheet) => fetchAgain(new URL(sheet, import.meta.url))));
+    style = (await Promise.all(answers.map((answer) => (answer.ok ? answer.text() : '')))).join('\n');
+  } catch (error) {
+    console.warn(`The style cannot be loaded: ${error.message}`);
+  }
+}
+
+export const sharedStyle = () => style;
