@@ -316,6 +316,8 @@ struct SimulationServiceConfig
     /// `trafficLimit`: bytes per second, of all that browsers and one simulation say to each other
     /// through the server; 0: any number.
     std::uint64_t traffic_limit = 0;
+    /// `allowEdit`: whether pages may change the programs of their simulations, in its own copy of the project.
+    bool allow_edit = false;
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file
     /// without the key means that of webots.cloud; a program that makes its configuration itself
     /// registers nowhere.

@@ -15,6 +15,7 @@
 #include <webots_cloud/transport/host_metrics.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
+#include <webots_cloud/transport/text_files.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -74,6 +75,9 @@ struct SimulationServiceHooks
     std::function<void(std::string line)> monitor_log;
     /// Keeps what simulators print; must outlive the service.
     SimulationLogs* simulation_logs = nullptr;
+    /// Reads and writes the programs of simulations where `SimulationServiceConfig::allow_edit` is true; must
+    /// outlive the service. Null: nobody can change them.
+    TextFiles* program_files = nullptr;
     /// Measures the folders of simulations with a limit of disk; must outlive the service. Null: nobody does.
     FolderMeter* folder_meter = nullptr;
     /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.

@@ -7,6 +7,7 @@
 #include <webots_cloud/simulation_user.hpp>
 #include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/project_source.hpp>
+#include <webots_cloud/transport/text_files.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -64,5 +65,11 @@ result<std::shared_ptr<SubordinateUsers>> open_pinned_users(std::filesystem::pat
 std::unique_ptr<ProjectSource> for_subordinate_users(ProjectSource& source,
                                                      std::shared_ptr<SubordinateUsers> users,
                                                      std::filesystem::path scratch);
+
+/// `files`, for such folders: what is written gets there by way of `scratch`.
+///
+/// Lifetime: `files` must outlive the object.
+std::unique_ptr<TextFiles> for_subordinate_users(TextFiles& files, std::shared_ptr<SubordinateUsers> users,
+                                                 std::filesystem::path scratch);
 
 } // namespace webots_cloud

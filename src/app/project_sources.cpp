@@ -2,6 +2,8 @@
 
 #include "simulation_folders.hpp"
 
+#include <webots_cloud/adapters/files.hpp>
+
 #include <utility>
 
 namespace webots_cloud::app {
@@ -18,10 +20,13 @@ fs::path website_templates(SimulationConfig const& config, fs::path const& simul
 
 ProjectSources::ProjectSources(asio::any_io_executor const& executor, SimulationConfig const& config,
                                SimulationMachine const& machine, Logger const& log)
-    : instances_(machine.instances()), budget_(make_fetch_budget(config.fetch_memory, config.fetch_disk))
+    : instances_(machine.instances()), budget_(make_fetch_budget(config.fetch_memory, config.fetch_disk)),
+      files_(make_text_files())
 {
     if (machine.trial.sandbox.params.user.user_namespace >= 0)
         users_ = machine.trial.user.subordinate;
+    if (users_)
+        users_files_ = for_subordinate_users(*files_, users_, instances_);
     std::vector<Forge> forges;
     for (auto const& forge : config.forges) {
         ProjectSource* source = nullptr;

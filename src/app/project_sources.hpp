@@ -8,6 +8,7 @@
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/subordinate_users.hpp>
 #include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/text_files.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 
@@ -33,6 +34,9 @@ public:
     /// The users that simulations run as, if they have numbers of a user namespace; null: they don't.
     std::shared_ptr<SubordinateUsers> const& users() const noexcept { return users_; }
 
+    /// For what visitors write into projects.
+    TextFiles& program_files() noexcept { return users_files_ ? *users_files_ : *files_; }
+
 private:
     ProjectSource& for_users(ProjectSource& source);
     ProjectSource& git(boost::asio::any_io_executor const& executor, SimulationConfig const& config,
@@ -43,6 +47,8 @@ private:
     std::shared_ptr<FetchBudget> budget_;
     std::unique_ptr<ProjectSource> git_; ///< All git servers share it and its cache.
     std::vector<std::unique_ptr<ProjectSource>> owned_;
+    std::unique_ptr<TextFiles> files_;
+    std::unique_ptr<TextFiles> users_files_; ///< By way of `users_`, if there are any.
     std::unique_ptr<ProjectFetcher> fetcher_;
 };
 

@@ -222,6 +222,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
     if (config.simulation_log_keep > Duration::zero())
         hooks->simulation_logs = logs.get();
+    hooks->program_files = &sources.program_files();
     auto const folder_meter = make_folder_meter();
     hooks->folder_meter = sources.users() ? sources.users().get() : folder_meter.get();
     SimulationService service(service_params(config, machine), sources.fetcher(), launcher,

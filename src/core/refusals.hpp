@@ -154,6 +154,11 @@ enum class Refused : std::uint8_t
     no_file,
     project_gone,
     not_extended,
+    not_editable,
+    saved_too_often,
+    program_too_large,
+    program_no_text,
+    too_many_programs,
 
     // Session servers.
     no_machine,

@@ -50,6 +50,9 @@ class FakeCloud:
         self.refused_pictures, self.asked_pictures = 0, 0  # So many requests for the pictures are answered 503.
         self.requests = []  # Paths asked of the session server.
         self.started = []  # "start" messages as received.
+        self.programs = {}  # Of the project, by path below controllers/: pages with an editor may change them.
+        self.saved = {}  # What they have made of them.
+        self.save_error = None  # A sentence, which every save is answered with.
         self.controls = []  # Texts from the page to the simulator.
         self.fetching = None  # Messages of the simulation server after a start that only fetches; None: it has the project at once.
         self.class_said = []  # Messages from the pages of a class: [number of the socket, message].
@@ -249,8 +252,10 @@ class FakeCloud:
         beating = asyncio.ensure_future(self._beat(socket))
         try:
             async for message in socket:
-                self.started.append(message)
-                for line in self._start(message):
+                answer = self._about_program(json.loads(message))
+                if answer is None:
+                    self.started.append(message)
+                for line in self._start(message) if answer is None else [answer]:
                     if "simulation" not in self.mute:
                         await socket.send(line)
         finally:
@@ -263,6 +268,22 @@ class FakeCloud:
             return self.fetching if self.fetching is not None else ["fetched:"]
         return self.launch if self.launch is not None else self.good_start()
 
+    def _about_program(self, message):
+        """The answer to a message of an editor; None: it is of something else."""
+        for key, texts in (("read", self.programs | self.saved), ("original", self.programs)):
+            if key in message:
+                return "file: " + json.dumps({"path": message[key], "text" if key == "read" else key: texts[message[key]]})
+        if "reset controller" in message:
+            self.saved.pop(message["reset controller"], None)
+            return f"reset controller: {message['reset controller']}"
+        if "write" not in message:
+            return None
+        path, text = message["write"]["path"], message["write"]["text"]
+        if self.save_error is not None:
+            return "file: " + json.dumps({"path": path, "error": self.save_error, "code": "not-saved", "values": {}})
+        self.saved[path] = text
+        return "file: " + json.dumps({"path": path, "saved": True})
+
     async def _beat(self, socket):
         while True:
             if self.heartbeats and "simulation" not in self.mute:
@@ -271,7 +292,9 @@ class FakeCloud:
 
     def good_start(self):
         promise = ["heartbeat: 1"] if self.heartbeats else []
-        return [*promise, "shutdownTimeout: 7200", f"webots:{self.address('simulator')}"]
+        files = [{"path": path, "changed": path in self.saved} for path in self.programs]
+        programs = ["files: " + json.dumps(files)] if files else []
+        return [*promise, "shutdownTimeout: 7200", f"webots:{self.address('simulator')}", *programs]
 
     async def _talk_simulator(self, socket):
         async for message in socket:

@@ -6,6 +6,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 namespace webots_cloud::testing {
 
@@ -24,6 +25,19 @@ public:
             read.push_back(found == texts.end() ? std::nullopt : std::optional(found->second));
         }
         co_return read;
+    }
+
+    boost::asio::awaitable<result<std::vector<TextFile>>> read_all(std::filesystem::path folder,
+                                                                   TextLimits limits) override
+    {
+        if (auto failure = fuse.strike())
+            co_return std::move(*failure);
+        std::vector<TextFile> found;
+        auto const prefix = folder.string() + "/";
+        for (auto const& [path, text] : texts)
+            if (path.starts_with(prefix) && text.size() <= limits.bytes && found.size() < limits.files)
+                found.emplace_back(path.substr(prefix.size()), text);
+        co_return found;
     }
 
     boost::asio::awaitable<result<>> write(std::filesystem::path folder, std::vector<TextFile> files) override

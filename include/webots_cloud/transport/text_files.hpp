@@ -6,6 +6,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -27,6 +28,16 @@ struct TextFile
 /// The text of each file that was asked for, in their order, or nothing where there is no such file.
 using TextsRead = std::vector<std::optional<std::string>>;
 
+/// Which files are worth reading.
+struct TextLimits
+{
+    TextLimits() = default;
+
+    std::size_t bytes = 0; ///< Larger files are left out.
+    std::size_t files = 0; ///< What comes after these is left out.
+    std::size_t depth = 8; ///< Folders within folders.
+};
+
 /// Reads and writes whole files. Never works on the caller's thread, and never follows symbolic links below
 /// the folder, so that a project can't make it access other files.
 ///
@@ -43,7 +54,16 @@ public:
     virtual boost::asio::awaitable<result<TextsRead>> read(std::filesystem::path folder,
                                                            std::vector<std::string> names) = 0;
 
-    /// Writes files over what is there; a link is replaced, not followed. The folders of their names exist.
+    /// The regular files in the folder and the folders in it, in the order of their names, named relative to
+    /// it; none where there is no such folder. Not meant for folders of more than a few thousand files.
+    ///
+    /// Cancellation: none.
+    /// Errors: `unavailable`, as above.
+    virtual boost::asio::awaitable<result<std::vector<TextFile>>> read_all(std::filesystem::path folder,
+                                                                           TextLimits limits) = 0;
+
+    /// Writes files over what is there, for the owner of their folder; a link is replaced, not followed, and
+    /// what may be run stays so. The folders of their names exist.
     ///
     /// Cancellation: none.
     /// Errors: `unavailable`, as above.

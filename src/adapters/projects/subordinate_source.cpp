@@ -5,8 +5,10 @@
 #include <webots_cloud/subordinate_users.hpp>
 
 #include <filesystem>
+#include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace webots_cloud {
 namespace {
@@ -22,6 +24,59 @@ result<> make_private_folder(fs::path const& folder)
         fs::permissions(folder, fs::perms::owner_all, failed);
     return failed ? result<>(Failure(errc::unavailable, failed.message())) : result<>();
 }
+
+/// Files by way of a folder of the server's, from where a guard copies them.
+class SubordinateTexts final : public TextFiles
+{
+public:
+    SubordinateTexts(TextFiles& files, std::shared_ptr<SubordinateUsers> users, fs::path scratch)
+        : files_(files), users_(std::move(users)), scratch_(std::move(scratch))
+    {}
+
+    asio::awaitable<result<TextsRead>> read(fs::path folder, std::vector<std::string> names) override
+    {
+        return files_.read(std::move(folder), std::move(names));
+    }
+
+    asio::awaitable<result<std::vector<TextFile>>> read_all(fs::path folder, TextLimits limits) override
+    {
+        return files_.read_all(std::move(folder), limits);
+    }
+
+    asio::awaitable<result<>> write(fs::path folder, std::vector<TextFile> files) override
+    {
+        auto const scratch = scratch_ / ("written-" + make_token());
+        auto make = [scratch, files] { return make_folders_for(scratch, files); };
+        auto written = co_await pool_.run(std::move(make));
+        if (written)
+            written = co_await files_.write(scratch, files);
+        for (auto file = files.begin(); written && file != files.end(); ++file) {
+            auto name = file->name;
+            written = co_await users_->put(scratch, folder, std::move(name));
+        }
+        auto remove = [scratch] { return adapters::remove_tree(scratch); };
+        (void)co_await pool_.run(std::move(remove)); // else the next start of the server does it
+        co_return written;
+    }
+
+private:
+    static result<> make_folders_for(fs::path const& scratch, std::vector<TextFile> const& files)
+    {
+        auto made = make_private_folder(scratch);
+        for (auto file = files.begin(); made && file != files.end(); ++file) {
+            std::error_code failed;
+            fs::create_directories((scratch / file->name).parent_path(), failed);
+            if (failed)
+                made = Failure(errc::unavailable, failed.message());
+        }
+        return made;
+    }
+
+    TextFiles& files_;
+    std::shared_ptr<SubordinateUsers> users_;
+    fs::path scratch_;
+    adapters::BlockingPool pool_{1};
+};
 
 /// Puts files back by way of a folder of the server's, and removes what a killed guard has not given back.
 class SubordinateSource final : public ProjectSource
@@ -80,6 +135,12 @@ std::unique_ptr<ProjectSource>
 for_subordinate_users(ProjectSource& source, std::shared_ptr<SubordinateUsers> users, fs::path scratch)
 {
     return std::make_unique<SubordinateSource>(source, std::move(users), std::move(scratch));
+}
+
+std::unique_ptr<TextFiles> for_subordinate_users(TextFiles& files, std::shared_ptr<SubordinateUsers> users,
+                                                 fs::path scratch)
+{
+    return std::make_unique<SubordinateTexts>(files, std::move(users), std::move(scratch));
 }
 
 } // namespace webots_cloud

@@ -5,12 +5,15 @@
 
 #include <webots_cloud/adapters/files.hpp>
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <memory>
 
 namespace webots_cloud {
 namespace {
@@ -53,6 +56,25 @@ result<std::optional<std::string>> read_text(fs::path const& root, std::string c
     return std::optional<std::string>(std::move(*text));
 }
 
+/// For `S_IXUSR` and the like of what stands at the place; 0: nothing, or no regular file.
+mode_t mode_at(Place const& place)
+{
+    struct stat status;
+    bool const is_file =
+        ::fstatat(place.folder.get(), place.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
+        S_ISREG(status.st_mode);
+    return is_file ? status.st_mode : 0;
+}
+
+/// Where simulations run as users of their own, a project is its user's. What can't be given away stays ours,
+/// and can be read.
+void give_to_owner_of(int folder, char const* name)
+{
+    struct stat status;
+    if (::fstat(folder, &status) == 0 && status.st_uid != ::geteuid())
+        (void)!::fchownat(folder, name, status.st_uid, status.st_gid, AT_SYMLINK_NOFOLLOW);
+}
+
 /// Beside it first, then over it in one step: what was there may be a link, or read by somebody.
 result<> write_text(fs::path const& root, TextFile const& file)
 {
@@ -62,13 +84,75 @@ result<> write_text(fs::path const& root, TextFile const& file)
     constexpr auto beside = ".webots_cloud-new";
     int const folder = place->folder.get();
     ::unlinkat(folder, beside, 0);
-    auto written = adapters::write_file(folder, beside, file.text, 0644);
+    auto written = adapters::write_file(folder, beside, file.text, 0644 | (mode_at(*place) & 0111));
+    if (written)
+        give_to_owner_of(folder, beside);
     if (written && ::renameat(folder, beside, folder, place->name.c_str()) != 0)
         written = adapters::disk_failure();
     if (!written)
         ::unlinkat(folder, beside, 0);
     return written;
 }
+
+struct CloseFolder
+{
+    void operator()(DIR* folder) const noexcept { ::closedir(folder); }
+};
+
+/// The names in an open folder, in their order; hidden ones are nobody's programs.
+std::vector<std::string> names_in(int folder)
+{
+    std::vector<std::string> names;
+    int const copy =
+        ::openat(folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC); // which reads from its beginning
+    std::unique_ptr<DIR, CloseFolder> const opened(copy < 0 ? nullptr : ::fdopendir(copy));
+    if (!opened && copy >= 0)
+        ::close(copy);
+    while (auto const* entry = opened ? ::readdir(opened.get()) : nullptr)
+        if (entry->d_name[0] != '.')
+            names.emplace_back(entry->d_name);
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+/// All files of a folder and those in it.
+class ReadAll
+{
+public:
+    ReadAll(fs::path folder, TextLimits limits) : folder_(std::move(folder)), limits_(limits) {}
+
+    result<std::vector<TextFile>> operator()()
+    {
+        auto const root = adapters::open_folder(AT_FDCWD, folder_.c_str());
+        if (root)
+            read(root->get(), "", 0);
+        return std::move(found_);
+    }
+
+private:
+    void read(int folder, std::string const& prefix, std::size_t depth)
+    {
+        for (auto const& name : names_in(folder)) {
+            struct stat status;
+            if (found_.size() == limits_.files)
+                return;
+            if (::fstatat(folder, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0)
+                continue;
+            if (S_ISDIR(status.st_mode) && depth < limits_.depth) {
+                if (auto const inner = adapters::open_folder(folder, name.c_str()))
+                    read(inner->get(), prefix + name + "/", depth + 1);
+            } else if (S_ISREG(status.st_mode) &&
+                       static_cast<std::uint64_t>(status.st_size) <= limits_.bytes) {
+                if (auto text = adapters::read_file(folder, name.c_str(), limits_.bytes))
+                    found_.emplace_back(prefix + name, std::move(*text));
+            }
+        }
+    }
+
+    fs::path folder_;
+    TextLimits limits_;
+    std::vector<TextFile> found_;
+};
 
 struct Read
 {
@@ -108,6 +192,13 @@ public:
     boost::asio::awaitable<result<TextsRead>> read(fs::path folder, std::vector<std::string> names) override
     {
         Read work{std::move(folder), std::move(names)};
+        return pool_.run(std::move(work));
+    }
+
+    boost::asio::awaitable<result<std::vector<TextFile>>> read_all(fs::path folder,
+                                                                   TextLimits limits) override
+    {
+        ReadAll work(std::move(folder), limits);
         return pool_.run(std::move(work));
     }
 

@@ -92,6 +92,11 @@ constexpr std::array simulation_worlds{
               .unit = "percent",
               .max = 100,
               .reloaded = true},
+    ConfigKey{.name = "allowEdit",
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::allow_edit>,
+              .text = "whether visitors may [change the programs](docs/access.md#who-may-change-programs) of "
+                      "their own simulation while it runs",
+              .reloaded = true},
     ConfigKey{.name = "projectsDir",
               .value = member<&SimulationConfig::projects_dir>,
               .text = "folder of the templates for the projects of websites, see "

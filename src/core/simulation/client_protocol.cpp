@@ -13,6 +13,9 @@
 #include <boost/json/serialize.hpp>
 
 #include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace webots_cloud::core {
 namespace {
@@ -47,18 +50,49 @@ ClientMessage read_start(json::value const& value)
     message.fetch_only = is_true(*start, "fetch_only");
     message.relayed = is_true(*start, "relayed");
     message.wants_reasons = is_true(*start, "reasons");
+    message.has_editor = is_true(*start, "edit");
     return SimulationRequest(std::move(message));
+}
+
+/// A file of the folder of the controllers; nothing: it is none, or would lead out of it.
+std::optional<std::string> read_file_name(json::value const* value)
+{
+    constexpr std::size_t longest = 1024;
+    auto const* file = value ? value->if_string() : nullptr;
+    auto const parts = file ? split(*file, '/') : std::vector<std::string_view>();
+    if (parts.size() < 2 || file->size() > longest ||
+        !std::all_of(parts.begin(), parts.end(), is_safe_file_name))
+        return std::nullopt;
+    return std::string(*file);
+}
+
+MalformedMessage no_file_name(std::string_view key)
+{
+    return MalformedMessage{concat("\"", key, "\" must be \"<controller>/<file>\"")};
 }
 
 ClientMessage read_reset_controller(json::value const& value)
 {
-    constexpr std::size_t longest = 1024;
-    auto const* file = value.if_string();
-    auto const parts = file ? split(*file, '/') : std::vector<std::string_view>();
-    if (parts.size() < 2 || file->size() > longest ||
-        !std::all_of(parts.begin(), parts.end(), is_safe_file_name))
-        return MalformedMessage{"\"reset controller\" must be \"<controller>/<file>\""};
-    return ResetControllerMessage{std::string(*file)};
+    auto file = read_file_name(&value);
+    return file ? ClientMessage(ResetControllerMessage{std::move(*file)}) : no_file_name("reset controller");
+}
+
+ClientMessage read_read(json::value const& value, bool original)
+{
+    auto file = read_file_name(&value);
+    return file ? ClientMessage(ReadFileMessage{std::move(*file), original})
+                : no_file_name(original ? "original" : "read");
+}
+
+ClientMessage read_write(json::value const& value)
+{
+    auto const* write = value.if_object();
+    auto const* text = write ? write->if_contains("text") : nullptr;
+    if (!text || !text->is_string())
+        return MalformedMessage{"\"write\" must be an object with a \"path\" and a \"text\""};
+    auto file = read_file_name(write->if_contains("path"));
+    return file ? ClientMessage(WriteFileMessage{std::move(*file), std::string(text->get_string())})
+                : no_file_name("path");
 }
 
 ClientMessage read_reconnect(json::value const& value)
@@ -114,6 +148,12 @@ ClientMessage parse_client_message(std::string_view text)
         return MalformedMessage{"a message must be a JSON object"};
     if (auto const* reset = object->if_contains("reset controller"))
         return read_reset_controller(*reset);
+    if (auto const* read = object->if_contains("read"))
+        return read_read(*read, false);
+    if (auto const* original = object->if_contains("original"))
+        return read_read(*original, true);
+    if (auto const* write = object->if_contains("write"))
+        return read_write(*write);
     if (auto const* reconnect = object->if_contains("reconnect"))
         return read_reconnect(*reconnect);
     if (auto const* extend = object->if_contains("extend"))
@@ -151,6 +191,12 @@ bool is_relayed(SimulationRequest const& request)
 bool wants_reasons(SimulationRequest const& request)
 {
     return std::visit([](auto const& asked) { return asked.wants_reasons; }, request);
+}
+
+bool has_editor(SimulationRequest const& request)
+{
+    auto const* start = std::get_if<StartMessage>(&request);
+    return start && start->has_editor;
 }
 
 bool is_fetch_only(SimulationRequest const& request)

@@ -27,6 +27,7 @@ struct StartMessage
     bool fetch_only = false; ///< No simulator is to be started: the project is to be in the cache for others.
     bool relayed = false;    ///< It comes from a session server, which can ask another machine.
     bool wants_reasons = false; ///< Its page has a text for each code of a refusal.
+    bool has_editor = false;    ///< Its page can show and change the programs of the simulation.
 
     bool operator==(StartMessage const&) const = default;
 };
@@ -69,13 +70,31 @@ struct ExtendMessage
     bool operator==(ExtendMessage const&) const = default;
 };
 
+/// `{"read":"<controller>/<file>"}`, or `{"original":...}`: a page shows a program of its simulation.
+struct ReadFileMessage
+{
+    std::string file; ///< As in ResetControllerMessage.
+    bool original = false;
+
+    bool operator==(ReadFileMessage const&) const = default;
+};
+
+/// `{"write":{"path":"<controller>/<file>","text":"..."}}`: it has changed the program.
+struct WriteFileMessage
+{
+    std::string file; ///< As in ResetControllerMessage.
+    std::string text;
+
+    bool operator==(WriteFileMessage const&) const = default;
+};
+
 /// All messages that request a simulation: `start`, or
 /// `{"init":["<host>","<project>","<file>.wbt",...]}`, which browsers sent until 2021 and the pages of
 /// websites still do.
 using SimulationRequest = std::variant<StartMessage, WebsiteProject>;
 
 using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ExtendMessage, ResetControllerMessage,
-                                   UnknownMessage, MalformedMessage>;
+                                   ReadFileMessage, WriteFileMessage, UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);
@@ -94,6 +113,9 @@ bool is_relayed(SimulationRequest const& request);
 
 /// Whether it wants the code of a refusal beside the sentence.
 bool wants_reasons(SimulationRequest const& request);
+
+/// Whether it can show and change programs.
+bool has_editor(SimulationRequest const& request);
 
 /// Whether the project is to be fetched for later starts, and nothing else.
 bool is_fetch_only(SimulationRequest const& request);

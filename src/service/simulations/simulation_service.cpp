@@ -361,7 +361,9 @@ asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint
             co_return std::move(*request);
         if (auto* reconnect = std::get_if<core::ReconnectMessage>(&message))
             co_return std::move(*reconnect);
-        if (std::holds_alternative<core::ResetControllerMessage>(message))
+        if (std::holds_alternative<core::ResetControllerMessage>(message) ||
+            std::holds_alternative<core::ReadFileMessage>(message) ||
+            std::holds_alternative<core::WriteFileMessage>(message))
             tell(channel, core::refused(core::Refused::no_start_to_reset), false);
         if (std::holds_alternative<core::ExtendMessage>(message))
             tell(channel, core::refused(core::Refused::no_start_to_extend), false);

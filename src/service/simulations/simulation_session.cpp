@@ -1,7 +1,8 @@
 // One browser and its simulation, in the order of events: the rules are asked, the project is fetched, the
 // simulator started, its address announced, and whatever happens, `clean_up` comes last.
 // docs/inside.md, "One simulation", has the picture.
-// Decisions: core/simulation/simulation_life, core/access/admission, core/projects/repository_policy.
+// Decisions: core/simulation/simulation_life, core/simulation/editable_files, core/access/admission,
+// core/projects/repository_policy.
 #include "simulation_session.hpp"
 
 #include "async/cancellation.hpp"
@@ -25,6 +26,7 @@ using core::concat;
 
 namespace {
 
+constexpr std::string_view programs_folder = "controllers"; // of a project
 constexpr auto progress_interval = std::chrono::milliseconds(500);
 // For close frames on their way, before what is still connected to a simulation is cut off.
 constexpr auto goodbye_time = std::chrono::milliseconds(500);
@@ -409,6 +411,10 @@ asio::awaitable<void> SimulationSession::receive(Channel& channel)
         auto const message = core::parse_client_message(*text);
         if (auto const* reset = std::get_if<core::ResetControllerMessage>(&message))
             co_await reset_controller(reset->file, channel);
+        else if (auto const* read = std::get_if<core::ReadFileMessage>(&message))
+            show_program(*read, channel);
+        else if (auto const* write = std::get_if<core::WriteFileMessage>(&message))
+            co_await save_program(*write, channel);
         else if (auto const* wish = std::get_if<core::ExtendMessage>(&message))
             extend(wish->by, channel);
         else if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))
@@ -424,16 +430,69 @@ asio::awaitable<void> SimulationSession::reset_controller(std::string file, Chan
         tell(channel, core::refused(core::Refused::still_fetching), wants_reasons());
         co_return;
     }
-    auto const name = concat("controllers/", file);
+    auto const name = concat(programs_folder, "/", file);
     auto restored = co_await context_.fetcher.restore(*project_, name);
     if (restored && simulation_) {
         auto path = project_->root / name;
         restored = co_await simulation_->put_back(std::move(path));
     }
+    if (restored && programs_)
+        programs_->restored(file);
     if (restored)
         (void)channel.send(core::reset_controller_message(file));
     else
         send_error(channel, restored.error());
+}
+
+/// Takes the programs as they were fetched, before a simulator runs that could have changed them.
+asio::awaitable<void> SimulationSession::read_programs()
+{
+    auto* const files = context_.hooks.program_files;
+    if (!files || !context_.params.config.allow_edit || !core::has_editor(request_))
+        co_return;
+    TextLimits limits;
+    limits.bytes = core::largest_editable;
+    limits.files = core::most_editable;
+    auto found = co_await files->read_all(project_->root / programs_folder, limits);
+    core::EditableFiles::Texts texts;
+    if (found)
+        for (auto& [name, text] : *found)
+            texts.emplace(std::move(name), std::move(text));
+    programs_.emplace(std::move(texts));
+}
+
+/// Sends the page that can show them what there is to change.
+void SimulationSession::list_programs(Channel& channel)
+{
+    if (programs_ && !programs_->empty())
+        (void)channel.send(programs_->list_message());
+}
+
+void SimulationSession::show_program(core::ReadFileMessage const& wish, Channel& channel)
+{
+    auto const text =
+        programs_ ? programs_->read(wish.file, wish.original) : core::refused(core::Refused::not_editable);
+    (void)channel.send(text ? core::file_message(wish.file, *text, wish.original)
+                            : core::file_error_message(wish.file, text.error()));
+}
+
+asio::awaitable<void> SimulationSession::save_program(core::WriteFileMessage program, Channel& channel)
+{
+    auto const [file, text] = std::move(program);
+    auto saved = programs_ ? programs_->may_save(file, text, context_.clock.now())
+                           : core::refused(core::Refused::not_editable);
+    if (saved) {
+        std::vector<TextFile> files{TextFile(concat(programs_folder, "/", file), text)};
+        saved = co_await context_.hooks.program_files->write(project_->root, std::move(files));
+    }
+    if (saved && simulation_) {
+        auto path = project_->root / programs_folder / file;
+        saved = co_await simulation_->put_back(std::move(path));
+    }
+    if (saved)
+        programs_->saved(file, text);
+    (void)channel.send(saved ? core::file_saved_message(file)
+                             : core::file_error_message(file, saved.error()));
 }
 
 void SimulationSession::send_error(Channel& channel, Failure const& error)
@@ -481,6 +540,7 @@ asio::awaitable<void> SimulationSession::simulate(Channel& channel)
     }
     if (!check_needs(channel))
         co_return;
+    co_await read_programs();
     auto const launched = co_await launch(channel);
     if (!launched) {
         refuse(channel, launched.error(), core::refusal_at(step_, launched.error()));
@@ -725,6 +785,7 @@ void SimulationSession::announce(Channel& channel)
     }
     if (!token_.empty())
         (void)channel.send(core::reconnect_token_message(token_));
+    list_programs(channel);
 }
 
 asio::awaitable<void> SimulationSession::relay(Channel& channel)

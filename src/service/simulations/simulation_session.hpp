@@ -7,6 +7,7 @@
 #include "core/projects/project_needs.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/client_protocol.hpp"
+#include "core/simulation/editable_files.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/simulation/service_state.hpp"
 #include "core/simulation/simulation_life.hpp"
@@ -191,6 +192,10 @@ private:
     boost::asio::awaitable<void> clean_up(bool exited);
     void close_tunnels();
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
+    boost::asio::awaitable<void> read_programs();
+    void show_program(core::ReadFileMessage const& wish, Channel& channel);
+    boost::asio::awaitable<void> save_program(core::WriteFileMessage program, Channel& channel);
+    void list_programs(Channel& channel);
     void greet(Channel& channel);
     void tell_time(Channel& channel, Duration left);
     void extend(Duration by, Channel& channel);
@@ -219,8 +224,9 @@ private:
     TimePoint started_;
     core::Admission::Place place_;
     std::optional<Project> project_;
-    std::vector<std::string> needed_labels_; ///< By the project.
-    std::unique_ptr<SimulationLog> output_;  ///< Outlives the simulation, which writes to it.
+    std::vector<std::string> needed_labels_;      ///< By the project.
+    std::optional<core::EditableFiles> programs_; ///< Once fetched; absent: its page can't change them.
+    std::unique_ptr<SimulationLog> output_;       ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;
     SimulationReady ready_;     ///< Where the simulator listens, once it does.
     std::string address_token_; ///< In its address; empty: nobody reaches it through us.

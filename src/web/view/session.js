@@ -79,6 +79,7 @@ export class Session extends EventTarget {
   //   opening    the text to start the simulation with, instead of a `start` message (a website's project)
   //   paused     true: a simulation that is started here waits for play(), instead of running at once
   //   broadcast  true: only watches, and sends the simulator nothing but the line that says so
+  //   edit       true: the page has an editor for programs
   //   mode       'mjpeg' (pictures, unless given), 'w3d' or 'x3d' (the scene)
   // `size` is {width, height} of the picture in pixels. `ticket`: of an earlier session, to whose simulation, or place in the line,
   // this one returns.
@@ -254,8 +255,8 @@ export class Session extends EventTarget {
   // A session server that answers with its own address takes the start itself: then it may make the page wait, and gives students
   // the seats of their class.
   #openingAt(machine) {
-    const { opening, mode, request, server, world } = this.#target;
-    const start = { url: world, mode: mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true, reasons: true };
+    const { opening, mode, request, server, world, edit } = this.#target;
+    const start = { url: world, mode: mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true, reasons: true, ...(edit === true ? { edit } : {}) };
     if (!isSame(machine, webToSocket(server)))
       return opening ?? { start };
     const student = new URL(request).searchParams.get('class');

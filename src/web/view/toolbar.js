@@ -12,6 +12,7 @@ const ICONS = {
   reset: 'M3 3h2v10H3zm10 0v10L6 8z',
   reload: 'M8 3a5 5 0 1 0 5 5h-2a3 3 0 1 1-3-3v2.5L12 4 8 .5z',
   extend: 'M8 1.5a6.5 6.5 0 1 0 0 13 6.5 6.5 0 0 0 0-13zm0 2a4.5 4.5 0 1 1 0 9 4.5 4.5 0 0 1 0-9zM7.2 5v3.6l2.6 1.7.8-1.3-1.8-1.2V5z',
+  code: 'M5.2 3.5 6.6 4.9 3.5 8l3.1 3.1-1.4 1.4L.7 8zm5.6 0L15.3 8l-4.5 4.5-1.4-1.4L12.5 8 9.4 4.9z',
   console: 'M1.5 2.5h13v11h-13zm1.6 1.6v7.8h9.8V4.1zM4.4 6l1-1 2.6 2.6-2.6 2.6-1-1L6 7.6zm3.8 3.4h3.4v1.4H8.2z',
   share: 'M11.8 1a2.7 2.7 0 0 1 .2 5.4 2.7 2.7 0 0 1-2-.9L6.3 7.4a2.7 2.7 0 0 1 0 1.2L10 10.5a2.7 2.7 0 1 1-.7 1.4L5.6 10a2.7 2.7 0 1 1 0-4l3.7-1.9A2.7 2.7 0 0 1 11.8 1z',
   screenshot: 'M5.5 3 6.5 1.5h3l1 1.5h4v10.5h-13V3zM8 4.8a3.2 3.2 0 1 0 0 6.4 3.2 3.2 0 0 0 0-6.4zm0 1.5a1.7 1.7 0 1 1 0 3.4 1.7 1.7 0 0 1 0-3.4z',
@@ -134,6 +135,7 @@ function nameOf(name) {
     case 'reset': return say('viewer.reset');
     case 'reload': return say('viewer.reload');
     case 'extend': return say('lease.extend');
+    case 'code': return say('code.title');
     case 'console': return say('viewer.console');
     case 'share': return say('viewer.share');
     case 'screenshot': return say('viewer.screenshot');

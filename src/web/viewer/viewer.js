@@ -12,6 +12,7 @@ import { fetchAgain } from './view/fetch_again.js';
 import { forget, recall, remember } from './view/memory.js';
 import { loadPageTexts, offerLanguages } from './view/page_texts.js';
 import { Picture } from './view/picture.js';
+import { KeptPrograms, Programs } from './view/programs.js';
 import { showPoster, worldName } from './view/poster.js';
 import { Scene } from './view/scene.js';
 import { saveScreenshot } from './view/screenshot.js';
@@ -46,6 +47,8 @@ let place = null; // in the line: what the event "progress" tells of it
 let ticket = null; // to return with, and to what
 let hasRoom = false; // the session server of this page lets people wait
 let unseen = ''; // what happened while the page was hidden: 'started' or 'free'
+let programs = null; // of the simulation that was started here
+let editor = null; // once it was opened
 let saidStatus = () => say('viewer.idle'); // said again when the language changes
 const output = new Console(element('console'));
 const wakeLock = new WakeLock();
@@ -219,6 +222,7 @@ function sayAll() {
   sayHint();
   toolbar.sayAll();
   sharing.sayAll();
+  editor?.sayAll();
   sayWorld();
   picture.sayName();
   scene.sayName();
@@ -280,7 +284,10 @@ function begin(target, kept = null) {
   lastMode = 'paused';
   element('poster').hidden = false;
   takeWindow();
-  session = new Session(target, picture.size, kept);
+  session = new Session({ ...target, edit: true }, picture.size, kept);
+  closeEditor();
+  programs = new Programs((text) => session?.sendToServer(text));
+  programs.addEventListener('list', () => { element('show-code').hidden = programs.list.length === 0; });
   session.hidden = document.hidden;
   deadline = { ends: Infinity, extendable: 0 };
   interrupted = '';
@@ -343,7 +350,9 @@ function leave(state, text) {
   forget();
   ticket = null;
   session = null;
+  programs = null;
   ready = false;
+  closeEditor();
   picture.hide();
   scene.hide();
   setWarning('');
@@ -401,7 +410,11 @@ function listen(to) {
     showDeadline();
   });
   on('rest', () => picture.hide());
-  on('output', ({ stream, line }) => output.print(stream, line));
+  on('message', ({ from, text }) => from === 'server' && programs.receive(text));
+  on('output', ({ stream, line }) => {
+    output.print(stream, line);
+    editor?.read(line);
+  });
   on('time', (milliseconds) => {
     setTime(milliseconds);
     picture.receive('time');
@@ -470,10 +483,43 @@ function toggleConsole() {
     element('output').scrollIntoView({ block: 'nearest' });
 }
 
+// Loaded when it is opened first: most people only look.
+async function toggleEditor() {
+  const place = element('programs');
+  place.hidden = !place.hidden;
+  element('show-code').setAttribute('aria-pressed', String(!place.hidden));
+  if (place.hidden)
+    return;
+  if (editor === null) {
+    const { ProgramEditor } = await import('./view/program_editor.js');
+    editor = new ProgramEditor(programs, new KeptPrograms(element('connect-to').value.trim()), beginAnew);
+    place.replaceChildren(editor.element);
+  }
+  if (element('output').hidden)
+    toggleConsole();
+  editor.focus();
+}
+
+// Simulators start the controllers of a world again with it.
+function beginAnew() {
+  output.clear();
+  session?.simulator?.reset();
+  session?.simulator?.play();
+}
+
+function closeEditor() {
+  editor = null;
+  element('programs').replaceChildren();
+  element('programs').hidden = true;
+  element('show-code').hidden = true;
+  element('show-code').setAttribute('aria-pressed', 'false');
+}
+
 function buildToolbar() {
   toolbar.addCommands((name) => session?.simulator?.[name](), (name) => ({ id: name }));
   const world = Object.assign(document.createElement('span'), { id: 'world' });
   toolbar.addTime(world, element('deadline')).id = 'time';
+  toolbar.add('code', toggleEditor, { id: 'show-code', shown: false }).setAttribute('aria-pressed', 'false');
   toolbar.add('console', toggleConsole, { id: 'show-console' }).setAttribute('aria-pressed', 'false');
   toolbar.add('share', () => sharing.open(), { id: 'share' });
   toolbar.add('screenshot', screenshot, { id: 'screenshot' });

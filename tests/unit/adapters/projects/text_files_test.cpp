@@ -93,4 +93,47 @@ BOOST_AUTO_TEST_CASE(links_are_replaced_and_not_written_through)
     BOOST_TEST(get(outside / "secret") == "secret");
 }
 
+BOOST_AUTO_TEST_CASE(what_may_be_run_stays_so)
+{
+    ::chmod((project / "worlds" / "a.wbt").c_str(), 0755);
+    std::vector<TextFile> const ours{TextFile("worlds/a.wbt", "ours"), TextFile("worlds/b.wbt", "new")};
+    BOOST_TEST(run(files->write(project, ours)).has_value());
+    auto const may_be_run = [this](char const* name) {
+        return (fs::status(project / "worlds" / name).permissions() & fs::perms::owner_exec) !=
+               fs::perms::none;
+    };
+    BOOST_TEST(may_be_run("a.wbt"));
+    BOOST_TEST(!may_be_run("b.wbt"));
+}
+
+BOOST_AUTO_TEST_CASE(all_files_of_a_folder_are_read_and_none_that_a_link_leads_to)
+{
+    auto const programs = project / "controllers";
+    fs::create_directories(programs / "drive" / "lib");
+    put(programs / "drive" / "drive.py", "go");
+    put(programs / "drive" / "lib" / "map.py", "map");
+    put(programs / "drive" / "large.bin", std::string(1'000, 'x'));
+    put(programs / "drive" / ".hidden", "x");
+    fs::create_symlink(outside, programs / "outside");
+    fs::create_symlink(outside / "secret", programs / "drive" / "secret");
+    BOOST_TEST_REQUIRE(::mkfifo((programs / "drive" / "pipe").c_str(), 0600) == 0);
+    TextLimits limits;
+    limits.bytes = 999;
+    limits.files = 10;
+    auto found = run(files->read_all(programs, limits));
+    BOOST_TEST_REQUIRE(found.has_value());
+    BOOST_TEST_REQUIRE(found->size() == 2u);
+    BOOST_TEST(found->at(0).name == "drive/drive.py");
+    BOOST_TEST(found->at(0).text == "go");
+    BOOST_TEST(found->at(1).name == "drive/lib/map.py");
+    limits.files = 1;
+    BOOST_TEST(run(files->read_all(programs, limits))->size() == 1u);
+    limits.files = 10;
+    limits.depth = 1;
+    BOOST_TEST(run(files->read_all(programs, limits))->size() == 1u);
+    BOOST_TEST(run(files->read_all(project / "nothing", limits))->empty());
+    fs::create_symlink(programs, project / "link");
+    BOOST_TEST(run(files->read_all(project / "link", limits))->empty());
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -117,6 +117,24 @@ BOOST_AUTO_TEST_CASE(a_browser_asks_for_more_time)
     }
 }
 
+// Protocol 13.18.
+BOOST_AUTO_TEST_CASE(programs_are_read_and_written_by_names_that_stay_in_their_folder)
+{
+    BOOST_TEST(
+        (parse_client_message(R"({"read":"a/a.py"})") == ClientMessage(ReadFileMessage{"a/a.py", false})));
+    BOOST_TEST(
+        (parse_client_message(R"({"original":"a/a.py"})") == ClientMessage(ReadFileMessage{"a/a.py", true})));
+    BOOST_TEST((parse_client_message(R"({"write":{"path":"a/a.py","text":"x"}})") ==
+                ClientMessage(WriteFileMessage{"a/a.py", "x"})));
+    for (auto const* text :
+         {R"({"read":"a.py"})", R"({"read":"../a.py"})", R"({"read":"a/../../x"})",
+          R"({"read":"/etc/passwd"})", R"({"read":5})", R"({"original":"a/.git"})", R"({"write":"a/a.py"})",
+          R"({"write":{"path":"a/a.py"}})", R"({"write":{"text":"x"}})",
+          R"({"write":{"path":"a/a.py","text":5}})", R"({"write":{"path":"a/..","text":""}})",
+          R"({"write":{"path":"a/\u0000","text":""}})"})
+        BOOST_TEST(std::holds_alternative<MalformedMessage>(parse_client_message(text)), text);
+}
+
 // Section 5.1.
 BOOST_AUTO_TEST_CASE(init_messages_are_lists_of_strings)
 {

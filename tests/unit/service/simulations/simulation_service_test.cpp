@@ -1,6 +1,7 @@
 #include "simulation_fixture.hpp"
 
 #include <webots_cloud/load_report.hpp>
+#include <webots_cloud/testing/memory_text_files.hpp>
 
 #include <csignal>
 
@@ -962,6 +963,104 @@ BOOST_AUTO_TEST_CASE(reset_controller_puts_a_file_of_the_project_back_and_says_s
     BOOST_TEST(fixture.source.restored.size() == 1u);
     BOOST_TEST(!browser.close_code.has_value()); // the simulation goes on
     fixture.leave(browser);
+}
+
+namespace {
+
+constexpr auto start_with_editor =
+    R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","edit":true,"reconnect":true}})";
+constexpr auto program_path = "/instances/1/project/controllers/walk/walk.py";
+
+/// A server whose visitors may change programs, and what is in their folders.
+struct ProgramsFixture
+{
+    explicit ProgramsFixture(bool allowed = true) : fixture(params(allowed), hooks())
+    {
+        files.texts[program_path] = "go";
+        fixture.source.files = {"controllers/walk/walk.py"};
+        fixture.processes.expect().prints(".\n");
+    }
+
+    static SimulationServiceParams params(bool allowed)
+    {
+        auto made = simulation_service_params(30s);
+        made.config.allow_edit = allowed;
+        return made;
+    }
+
+    SimulationServiceHooks hooks()
+    {
+        auto made = simulation_service_hooks();
+        made.program_files = &files;
+        return made;
+    }
+
+    testing::MemoryTextFiles files;
+    Fixture fixture;
+};
+
+} // namespace
+
+// Protocol 13.18.
+BOOST_AUTO_TEST_CASE(a_page_with_an_editor_changes_the_programs_of_its_simulation)
+{
+    ProgramsFixture programs;
+    auto& fixture = programs.fixture;
+    auto& browser = fixture.start(start_with_editor);
+    BOOST_TEST(browser.was_told(R"(files: [{"path":"walk/walk.py","changed":false}])"));
+    browser.browser_says(R"({"read":"walk/walk.py"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == R"(file: {"path":"walk/walk.py","text":"go"})");
+    programs.files.texts[program_path] = "what the simulation writes is never read";
+    browser.browser_says(R"({"write":{"path":"walk/walk.py","text":"stop"}})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == R"(file: {"path":"walk/walk.py","saved":true})");
+    BOOST_TEST(programs.files.texts[program_path] == "stop");
+    browser.browser_says(R"({"original":"walk/walk.py"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == R"(file: {"path":"walk/walk.py","original":"go"})");
+    fixture.lose(browser);
+    auto& again = fixture.reconnect("token1");
+    BOOST_TEST(again.was_told(R"(files: [{"path":"walk/walk.py","changed":true}])"));
+    again.browser_says(R"({"reset controller":"walk/walk.py"})");
+    again.browser_says(R"({"read":"walk/walk.py"})");
+    fixture.world.settle();
+    BOOST_TEST(again.sent.back() == R"(file: {"path":"walk/walk.py","text":"go"})");
+    fixture.leave(again);
+}
+
+BOOST_AUTO_TEST_CASE(a_program_that_cannot_be_written_is_refused_and_the_simulation_goes_on)
+{
+    ProgramsFixture programs;
+    auto& fixture = programs.fixture;
+    auto& browser = fixture.start(start_with_editor);
+    browser.browser_says(R"({"write":{"path":"run/run.py","text":"x"}})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back().starts_with(R"(file: {"path":"run/run.py","error":)"));
+    programs.files.fuse = testing::Fuse(1);
+    browser.browser_says(R"({"write":{"path":"walk/walk.py","text":"x"}})");
+    browser.browser_says(R"({"read":"walk/walk.py"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == R"(file: {"path":"walk/walk.py","text":"go"})");
+    BOOST_TEST(
+        browser.sent.at(browser.sent.size() - 2).starts_with(R"(file: {"path":"walk/walk.py","error":)"));
+    BOOST_TEST(!browser.close_code.has_value());
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(programs_are_changed_only_where_the_operator_allows_it_and_the_page_has_an_editor)
+{
+    for (bool const allowed : {false, true}) {
+        ProgramsFixture programs(allowed);
+        auto& fixture = programs.fixture;
+        auto& browser = allowed ? fixture.start() : fixture.start(start_with_editor);
+        BOOST_TEST(!browser.was_told("files:"));
+        browser.browser_says(R"({"write":{"path":"walk/walk.py","text":"x"}})");
+        fixture.world.settle();
+        BOOST_TEST(browser.sent.back().find(R"("code":"not-editable")") != std::string::npos);
+        BOOST_TEST(programs.files.texts[program_path] == "go");
+        fixture.leave(browser);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(without_a_project_there_is_no_controller_to_reset)

@@ -1,0 +1,139 @@
+// What a page may do with the programs of its simulation. The limits keep each answer within one message, and
+// the memory of a simulation's texts within a few megabytes.
+#include "editable_files.hpp"
+
+#include "core/refusals.hpp"
+#include "core/safe_names.hpp"
+#include "core/text.hpp"
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace webots_cloud::core {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::size_t longest_name = 200;
+
+// A person saves every few seconds; what an editor saves by itself may come in a burst.
+constexpr Duration between_saves = std::chrono::milliseconds(500);
+constexpr int saves_at_once = 20;
+
+std::string file_text(json::object const& object)
+{
+    return concat("file: ", json::serialize(object));
+}
+
+} // namespace
+
+bool is_editable_text(std::string_view text) noexcept
+{
+    return is_utf8(text) && std::all_of(text.begin(), text.end(), [](char c) {
+               auto const byte = static_cast<unsigned char>(c);
+               return byte >= 0x20 ? byte != 0x7f : c == '\t' || c == '\n' || c == '\r';
+           });
+}
+
+bool is_editable_name(std::string_view file)
+{
+    auto const parts = split(file, '/');
+    return parts.size() >= 2 && file.size() <= longest_name &&
+           std::all_of(parts.begin(), parts.end(), is_safe_file_name);
+}
+
+EditableFiles::EditableFiles(Texts originals)
+{
+    for (auto& [name, text] : originals) {
+        if (texts_.size() == most_editable)
+            break;
+        if (!is_editable_name(name) || text.size() > largest_editable || !is_editable_text(text))
+            continue;
+        auto& file = texts_[name];
+        file.text = text;
+        file.original = std::move(text);
+    }
+}
+
+std::string EditableFiles::list_message() const
+{
+    json::array list;
+    for (auto const& [name, file] : texts_)
+        list.push_back({{"path", name}, {"changed", file.is_new || file.text != file.original}});
+    return concat("files: ", json::serialize(list));
+}
+
+result<std::string> EditableFiles::read(std::string_view file, bool original) const
+{
+    auto const found = texts_.find(file);
+    if (found == texts_.end())
+        return refused(Refused::no_file, {{"file", printable(file, longest_name)}});
+    return original ? found->second.original : found->second.text;
+}
+
+bool EditableFiles::has_folder_of(std::string_view file) const
+{
+    auto const folder = file.substr(0, file.rfind('/') + 1);
+    auto const found = texts_.lower_bound(folder);
+    return found != texts_.end() && found->first.starts_with(folder);
+}
+
+result<> EditableFiles::may_save(std::string_view file, std::string_view text, TimePoint now)
+{
+    auto const full_at = std::max(tokens_full_at_, now) + between_saves;
+    if (full_at - now > between_saves * saves_at_once)
+        return refused(Refused::saved_too_often);
+    tokens_full_at_ = full_at;
+    if (!is_editable_name(file) || !has_folder_of(file))
+        return refused(Refused::no_file, {{"file", printable(file, longest_name)}});
+    if (text.size() > largest_editable)
+        return refused(Refused::program_too_large, {{"max", std::to_string(largest_editable)}});
+    if (!is_editable_text(text))
+        return refused(Refused::program_no_text);
+    if (texts_.size() == most_editable && !texts_.contains(file))
+        return refused(Refused::too_many_programs, {{"max", std::to_string(most_editable)}});
+    return {};
+}
+
+void EditableFiles::saved(std::string file, std::string text)
+{
+    auto const [place, is_new] = texts_.try_emplace(std::move(file));
+    place->second.is_new |= is_new;
+    place->second.text = std::move(text);
+}
+
+void EditableFiles::restored(std::string_view file)
+{
+    if (auto const found = texts_.find(file); found != texts_.end())
+        found->second.text = found->second.original;
+}
+
+std::string file_message(std::string_view file, std::string_view text, bool original)
+{
+    return file_text({{"path", file}, {original ? "original" : "text", text}});
+}
+
+std::string file_saved_message(std::string_view file)
+{
+    return file_text({{"path", file}, {"saved", true}});
+}
+
+std::string file_error_message(std::string_view file, Failure const& failure)
+{
+    json::object object{{"path", file}, {"error", failure.message()}};
+    if (auto const* const info = failure.info()) {
+        json::object values;
+        for (auto const& [name, value] : info->arguments)
+            values[name] = value;
+        object["code"] = info->code;
+        object["values"] = std::move(values);
+    }
+    return file_text(object);
+}
+
+} // namespace webots_cloud::core
