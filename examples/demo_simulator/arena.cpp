@@ -23,6 +23,13 @@ Arena::Arena(World world) : world_(std::move(world))
     reset();
 }
 
+void Arena::set_cruise(std::string const& robot, double cruise)
+{
+    for (Robot& each : robots_)
+        if (each.description.name == robot)
+            each.description.cruise = cruise;
+}
+
 void Arena::reset()
 {
     time_ = 0;

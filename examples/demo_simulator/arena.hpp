@@ -51,6 +51,8 @@ public:
     /// Puts every robot back and the time to 0.
     void reset();
 
+    void set_cruise(std::string const& robot, double cruise);
+
     std::int64_t time() const { return time_; } ///< simulated milliseconds
     World const& world() const { return world_; }
     std::vector<Robot> const& robots() const { return robots_; }

@@ -148,6 +148,8 @@ void read_option(Options& options, std::string_view argument)
         options.address = *address;
     else if (argument == "--stdout")
         options.echo_console = true;
+    else if (argument == "--extern-urls")
+        options.extern_urls = true;
     else if (argument != "--stream" && argument != "--heartbeat" && !is_ignored(argument))
         throw Invalid("invalid option '" + printable(argument, 80) + "'");
 }

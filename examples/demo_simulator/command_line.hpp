@@ -27,6 +27,7 @@ struct Options
     Mode mode = Mode::real_time;
     StreamMode stream = StreamMode::scene;
     bool echo_console = false;    ///< `--stdout`: robots' lines go to stdout too
+    bool extern_urls = false;     ///< `--extern-urls`: prints where extern controllers connect
     bool old_protocol = false;    ///< `--stream="port=..;monitorActivity"`: prints `open` when ready
     bool controller_edit = false; ///< `controllerEdit` in the same: clients may change controllers
     std::string address;          ///< to listen on; empty: every address

@@ -1,5 +1,6 @@
 #include "connection.hpp"
 
+#include "extern_controllers.hpp"
 #include "websocket_client.hpp"
 
 #include <boost/asio/buffer.hpp>
@@ -65,7 +66,13 @@ private:
 
     void answer_controller()
     {
-        answer_ = reception_.answer_controller(received());
+        auto controller = reception_.answer_controller(received());
+        if (!controller.robot.empty()) {
+            stream_.expires_never();
+            return serve_controller(stream_.release_socket(), std::move(controller), reception_,
+                                    std::move(seat_));
+        }
+        answer_ = std::move(controller.text);
         asio::async_write(stream_, asio::buffer(answer_),
                           [self = shared_from_this()](error_code, std::size_t) {});
     }

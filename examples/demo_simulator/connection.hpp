@@ -11,6 +11,8 @@
 
 namespace webots_cloud::demo {
 
+struct ControllerAnswer;
+
 /// A browser's WebSocket, as the server sees it.
 class ClientOutlet
 {
@@ -48,7 +50,9 @@ public:
     virtual void pictures_ready() = 0;
 
     virtual std::string answer_file(FileRequest const& request) const = 0;
-    virtual std::string answer_controller(std::string_view request) const = 0;
+    virtual ControllerAnswer answer_controller(std::string_view greeting) = 0;
+    virtual void hear_controller(std::string const& robot, std::string const& line) = 0;
+    virtual void close_controller(std::string const& robot) = 0;
 };
 
 /// Held by a connection as long as it lives: the server counts them.

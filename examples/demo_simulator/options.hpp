@@ -18,6 +18,7 @@ inline constexpr ProgramOption program_options[] = {
     {"--mode", "=pause|realtime|fast", "how to start (realtime)"},
     {"--heartbeat", "[=<ms>]", "time between the '.' lines on stdout (1000)"},
     {"--stdout", "", "write the robots' console lines to stdout too"},
+    {"--extern-urls", "", "write to stdout where controllers connect that somebody else starts"},
     {"--demo-address", "=<ip>", "address to listen on (all); also WEBOTS_DEMO_ADDRESS"},
     {"--demo-faults", "=<list>", "misbehave, as --help says at its end; also WEBOTS_DEMO_FAULTS"},
     {"--help", "", "show this text"},
@@ -27,10 +28,13 @@ inline constexpr ProgramOption program_options[] = {
 
 /// Accepted, since Webots has them, and without effect.
 inline constexpr ProgramOption ignored_options[] = {
-    {"--batch", "", ""},        {"--minimize", "", ""},
-    {"--no-rendering", "", ""}, {"--fullscreen", "", ""},
-    {"--stderr", "", ""},       {"--extern-urls", "", ""},
-    {"--no-sandbox", "", ""},   {"--log-performance", "=<..>", ""},
+    {"--batch", "", ""},
+    {"--minimize", "", ""},
+    {"--no-rendering", "", ""},
+    {"--fullscreen", "", ""},
+    {"--stderr", "", ""},
+    {"--no-sandbox", "", ""},
+    {"--log-performance", "=<..>", ""},
 };
 
 } // namespace webots_cloud::demo

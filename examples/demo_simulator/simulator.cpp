@@ -304,6 +304,11 @@ void Simulator::broadcast(std::string text, bool is_state)
             audience_.send(id, shared, is_state);
 }
 
+void Simulator::set_cruise(std::string const& robot, double cruise)
+{
+    arena_->set_cruise(robot, cruise);
+}
+
 std::vector<std::string> Simulator::extern_robots() const
 {
     std::vector<std::string> names;

@@ -74,6 +74,9 @@ public:
     /// Names of the robots whose controllers somebody else starts. Only after load().
     std::vector<std::string> extern_robots() const;
 
+    /// How fast a robot drives on a free way, in radians per second. Only after load().
+    void set_cruise(std::string const& robot, double cruise);
+
     /// The folder that holds the folder of the world.
     std::filesystem::path project_root() const;
 

@@ -83,6 +83,13 @@ void StreamingServer::load()
 {
     simulator_.load();
     extern_consoles_.open(simulator_.extern_robots(), endpoint().port());
+    if (!options_.extern_urls)
+        return;
+    for (auto const& robot : simulator_.extern_robots()) {
+        auto const place = std::to_string(endpoint().port()) + "/" + encoded_name(robot);
+        print_line("ipc://" + place);
+        print_line("tcp://<ip_address>:" + place);
+    }
 }
 
 void StreamingServer::accept()
@@ -129,10 +136,27 @@ std::string StreamingServer::answer_file(FileRequest const& request) const
     return FileServer(simulator_.project_root(), !simulator_.streams_pictures()).answer(request);
 }
 
-std::string StreamingServer::answer_controller(std::string_view) const
+ControllerAnswer StreamingServer::answer_controller(std::string_view greeting)
 {
-    // The robots' controllers are built in, so that no extern controller is waited for.
-    return simulator_.is_loaded() ? "FAILED" : "PROCESSING";
+    if (!simulator_.is_loaded())
+        return {"PROCESSING", {}};
+    auto answer = extern_controllers_.connect(greeting, simulator_.extern_robots());
+    if (!answer.robot.empty())
+        simulator_.say("INFO: '" + answer.robot + "' extern controller: connected.");
+    return answer;
+}
+
+void StreamingServer::hear_controller(std::string const& robot, std::string const& line)
+{
+    if (auto const cruise = cruise_in(line))
+        simulator_.set_cruise(robot, *cruise);
+    simulator_.say("'" + robot + "' extern controller: " + printable(line));
+}
+
+void StreamingServer::close_controller(std::string const& robot)
+{
+    extern_controllers_.disconnect(robot);
+    simulator_.say("INFO: '" + robot + "' extern controller: disconnected.");
 }
 
 // --- the simulation's clock

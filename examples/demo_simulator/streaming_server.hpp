@@ -3,6 +3,7 @@
 #include "command_line.hpp"
 #include "connection.hpp"
 #include "extern_consoles.hpp"
+#include "extern_controllers.hpp"
 #include "simulator.hpp"
 
 #include <boost/asio/io_context.hpp>
@@ -57,7 +58,9 @@ private:
     void open_pictures(std::weak_ptr<PictureOutlet> outlet) override;
     void pictures_ready() override { schedule_picture(); }
     std::string answer_file(FileRequest const& request) const override;
-    std::string answer_controller(std::string_view request) const override;
+    ControllerAnswer answer_controller(std::string_view greeting) override;
+    void hear_controller(std::string const& robot, std::string const& line) override;
+    void close_controller(std::string const& robot) override;
 
     bool bind(boost::asio::ip::tcp::endpoint const& endpoint, boost::system::error_code& error);
     void accept();
@@ -71,6 +74,7 @@ private:
     Options const& options_;
     Simulator simulator_;
     ExternConsoles extern_consoles_;
+    ExternControllers extern_controllers_;
     boost::asio::ip::tcp::acceptor acceptor_;
     boost::asio::steady_timer accept_pause_;
     std::shared_ptr<int> connections_ = std::make_shared<int>(0);

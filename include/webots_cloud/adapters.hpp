@@ -2,6 +2,7 @@
 // behind it stays hidden.
 #pragma once
 
+#include <webots_cloud/adapters/controller_server.hpp>
 #include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/http_client.hpp>

@@ -318,6 +318,14 @@ struct SimulationServiceConfig
     std::uint64_t traffic_limit = 0;
     /// `allowEdit`: whether pages may change the programs of their simulations, in its own copy of the project.
     bool allow_edit = false;
+    /// `controllerPort`: where controllers on other machines connect; 0: nowhere. Simulators are asked which
+    /// of their robots wait for one.
+    std::uint16_t controller_port = 0;
+    /// `controllerAddress`: `<host>:<port>` by which they reach it. Empty: the server's name and
+    /// `controller_port`.
+    std::string controller_address;
+    /// `controllerRepositories`: URL prefixes of the worlds whose robots may be controlled so.
+    std::vector<std::string> controller_repositories;
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file
     /// without the key means that of webots.cloud; a program that makes its configuration itself
     /// registers nowhere.

@@ -75,6 +75,8 @@ struct LaunchSpec
     bool controller_edit = false;           ///< With the old command line: the browser may edit controllers.
     std::string label;                      ///< A prefix of log lines, and of container names.
     std::vector<std::string> needed_labels; ///< What the project needs of a machine.
+    /// Webots R2022b or newer is to say which robots wait for controllers that somebody else starts.
+    bool names_extern_robots = false;
     /// Gets every line that the simulator prints, except heartbeats; any bytes. Must not block. May be empty.
     std::function<void(std::string_view line)> output;
 };
@@ -125,6 +127,15 @@ struct SimulationActivity
     bool running = false;
 };
 
+/// A robot waits for a controller that somebody else starts: only with `LaunchSpec::names_extern_robots`.
+struct SimulationExternRobot
+{
+    SimulationExternRobot() = default;
+    explicit SimulationExternRobot(std::string name) : name(std::move(name)) {}
+
+    std::string name; ///< Percent-encoded, as Webots compares it.
+};
+
 /// The simulator and everything that it started has ended; `reason` is a sentence for the browser.
 struct SimulationEnded
 {
@@ -136,8 +147,9 @@ struct SimulationEnded
     std::optional<Limit> overrun; ///< The limit that it was ended for.
 };
 
-using SimulationEvent = std::variant<SimulationProgress, SimulationAllocated, SimulationReady,
-                                     SimulationHeartbeat, SimulationActivity, SimulationEnded>;
+using SimulationEvent =
+    std::variant<SimulationProgress, SimulationAllocated, SimulationReady, SimulationHeartbeat,
+                 SimulationActivity, SimulationExternRobot, SimulationEnded>;
 
 /// A started simulator. Destroying it kills what still runs, and returns its port to the pool.
 class Simulation

@@ -10,6 +10,7 @@
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/simulation_walls.hpp>
 #include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/controllers.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
@@ -89,7 +90,7 @@ struct SimulationServiceHooks
 /// Inert until served by an adapter and `run()` is awaited, which measures the machine once a second.
 /// Lifetime: everything passed by reference must outlive the service.
 /// Thread-safety: one executor.
-class SimulationService final : public Endpoint
+class SimulationService final : public Endpoint, public ControllerDoor
 {
 public:
     SimulationService(SimulationServiceParams params, ProjectFetcher& fetcher, SimulationLauncher& launcher,
@@ -114,6 +115,7 @@ public:
     Answer respond(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;
+    result<ControllerWay> way_of_controller(std::string_view key, std::string_view robot) override;
 
     /// Percent: what `GET /load` answers.
     double load() const noexcept;

@@ -41,6 +41,14 @@ def port_path():
                 b"/machine/" + b"a" * 24, b"/machine/" + b"a" * 24 + b"//%6detrics", b"wss://sim.example.org:8443/1999/machine/abc")
 
 
+def controller_greeting():
+    key = b"abcdefghijklmnopqrst"
+    for path in (key, key + b"/e-puck", key + b"%2Fmy%20robot", key + b"%2Fmy%2520robot", key + b"/~2", key + b"%2", b"e-puck", b"2000/" + key + b"/x",
+                 b"2000%2F" + key + b"%2Fx", key + b"/a\0", key + b"/%0A"):
+        yield b"CTR\nRobot-Name: " + path
+    yield from (b"CTR", b"CT", b"CONNECTED\0\0", b"PROCESSING", b"tcp://<ip_address>:2001/my%20robot", b"ipc://2001/" + b"x" * 60)
+
+
 def waiting_ticket():
     now = 400_000 * 3600 * 10**9
     for rank, issued in ((now, now), (now - 10**10, now - 80 * 10**9), (now + 305 * 10**9, now), (0, now), (-1, -1), (2**63 - 1, -2**63)):
@@ -352,6 +360,6 @@ def smtp_reply():
     yield b"\0\r\n\r\n999\r\n"
 
 
-SEEDS = {each.__name__: each for each in (archive, class_message, client_message, configuration, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
+SEEDS = {each.__name__: each for each in (archive, class_message, client_message, configuration, controller_greeting, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
                                           http_answer, http_request, load_report, mail, mount_table, policy, port_path, service_answer, simulator_output, smtp_reply,
                                           waiting_ticket, websocket_frames, world_url)}

@@ -42,6 +42,17 @@ backend all_of_{port}
 """
 
 
+# What is not HTTP, as docs/controllers.md has it.
+STREAM = """
+listen stream_{port}
+    mode tcp
+    bind 127.0.0.1:{port}
+    timeout connect 5s
+    timeout client 1h
+    timeout server 1h
+    server machine_1 127.0.0.1:{target}
+"""
+
 # As its manual begins: what it asks is left to it, unless `check` says more.
 CHECKED = """
 frontend port_{port}
@@ -62,6 +73,11 @@ def program():
 def proxies(targets):
     """Passes connections to some ports of the loopback on to others: `targets` maps the ones to the others."""
     return _running("".join(FRONTEND.format(port=port, target=target) for port, target in targets.items()), targets)
+
+
+def streams(targets):
+    """The same for protocols that HAProxy does not know."""
+    return _running("".join(STREAM.format(port=port, target=target) for port, target in targets.items()), targets)
 
 
 def balancer(port, targets):

@@ -143,6 +143,49 @@ void warn_of_foreign(std::string_view key, std::vector<std::string> const& repos
     }
 }
 
+/// libController takes apart `tcp://<host>:<port>/...` at the first colon.
+bool is_controller_address(std::string_view address)
+{
+    auto const colon = address.find(':');
+    return colon != std::string_view::npos && is_authority(address) &&
+           core::parse_port(address.substr(colon + 1)) != 0;
+}
+
+void check_controllers(core::ConfigReader& reader, SimulationConfig const& config)
+{
+    auto const& service = config.service;
+    int const port = service.controller_port;
+    int const last = config.address.port + config.launching.max_simulations;
+    if (port != 0 && port >= config.address.port && port <= last)
+        reader.refuse("controllerPort",
+                      concat("a port that neither this server nor a simulator has, which have ",
+                             std::to_string(config.address.port), " to ", std::to_string(last)));
+    else if (port != 0 && port == config.network.redirect_port)
+        reader.refuse("controllerPort", "another port than \"redirectPort\"");
+    if (!service.controller_address.empty() && !is_controller_address(service.controller_address))
+        reader.refuse("controllerAddress",
+                      "a name, or an address of IPv4, and a port, as in \"sim.example.org:2900\"");
+}
+
+/// Keys for controllers of which one alone opens nothing.
+void warn_of_closed_controllers(SimulationConfig const& config, fs::path const& origin,
+                                std::vector<std::string>& warnings)
+{
+    auto const& service = config.service;
+    bool const has_port = service.controller_port != 0;
+    auto const warn = [&](std::string_view key, std::string_view why) {
+        warnings.push_back(concat(origin.string(), ": key \"", key, "\" has no effect, since ", why));
+    };
+    if (has_port && !config.launching.gateway)
+        warn("controllerPort", "\"gateway\" is false: controllers reach simulators at their own ports");
+    else if (has_port && service.controller_repositories.empty())
+        warn("controllerPort", "\"controllerRepositories\" names no project whose robots may be controlled "
+                               "from other machines");
+    if (!has_port && !service.controller_repositories.empty())
+        warn("controllerRepositories", "there is no \"controllerPort\"");
+    warn_of_foreign("controllerRepositories", service.controller_repositories, config, origin, warnings);
+}
+
 void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& origin,
                               std::vector<std::string>& warnings)
 {
@@ -339,6 +382,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
             "maxConnections",
             "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
     check_multimedia(*reader, config);
+    check_controllers(*reader, config);
     if (auto const failure = reader->failure())
         return *failure;
     configured.warnings = reader->warnings();
@@ -351,6 +395,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     if (!config.launching.gateway && config.service.traffic_limit > 0)
         configured.warnings.push_back(
             concat(origin.string(), ": key \"trafficLimit\" has no effect, since \"gateway\" is false"));
+    warn_of_closed_controllers(config, origin, configured.warnings);
     warn_of_assumed_tls(*reader, config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     warn_of_open_site(config.address, config.network, config.access, origin, configured.warnings);

@@ -37,6 +37,29 @@ constexpr auto simulation_address = joined(
                          .unit = "bytes per second",
                          .max = 1e12,
                          .reloaded = true},
+               ConfigKey{
+                   .name = "controllerPort",
+                   .value = member<&SimulationConfig::service, &SimulationServiceConfig::controller_port>,
+                   .text = "port where [controllers on other machines](docs/controllers.md) reach the robots "
+                           "of simulations; 0: none",
+                   .max = highest_port,
+               },
+               ConfigKey{
+                   .name = "controllerAddress",
+                   .value = member<&SimulationConfig::service, &SimulationServiceConfig::controller_address>,
+                   .text = "where they reach `controllerPort`, as in `sim.example.org:2900`, if that is not "
+                           "at the server's name and this port",
+                   .absent = "the server's name and `controllerPort`",
+                   .reloaded = true,
+               },
+               ConfigKey{
+                   .name = "controllerRepositories",
+                   .value =
+                       member<&SimulationConfig::service, &SimulationServiceConfig::controller_repositories>,
+                   .text = "owners and repositories of the worlds whose robots may be controlled from other "
+                           "machines; entries as in `allowedRepositories`",
+                   .reloaded = true,
+               },
                ConfigKey{.name = "publicPort",
                          .value = unused,
                          .text = "accepted since old files have it, and not used",

@@ -59,7 +59,8 @@ std::string quoted_world_path(std::string_view world)
 
 std::string webots_in_container_command(DockerEnvironment const& environment)
 {
-    auto argv = webots_command(webots_in_container, environment.stream_mode, environment.port, {});
+    auto argv = webots_command(webots_in_container, environment.stream_mode, environment.port, {},
+                               environment.names_extern_robots);
     argv.back() = quoted_world_path(environment.world);
     if (environment.own_display)
         argv.insert(argv.begin(), {"xvfb-run", "--auto-servernum"});
@@ -118,6 +119,14 @@ result<std::string> default_docker_image(std::string_view repository, std::strin
         return refused(Refused::no_version);
     bool const old = version.starts_with('R') && (version.substr(1, 4) < "2023" || version == "R2023a");
     return concat(repository, ":", version, old ? "-ubuntu20.04" : "-ubuntu22.04");
+}
+
+bool can_name_extern_robots(std::string_view world_header)
+{
+    auto const words = split(world_header, ' ');
+    auto const version = words.size() < 2 ? std::string_view() : trim(words[1]);
+    bool const is_older = version.starts_with('R') && (version.substr(1, 4) < "2022" || version == "R2022a");
+    return !is_older;
 }
 
 Failure missing_image(std::string_view image)

@@ -22,6 +22,9 @@ inline constexpr std::string_view project_in_container = "/usr/local/webots-proj
 /// Errors: `invalid_argument`: the line names none.
 result<std::string> default_docker_image(std::string_view repository, std::string_view world_header);
 
+/// Whether the Webots of that image can say which robots wait for controllers of others: from R2022b.
+bool can_name_extern_robots(std::string_view world_header);
+
 /// Why a simulation whose default image does not exist did not start.
 Failure missing_image(std::string_view image);
 
@@ -74,10 +77,11 @@ struct DockerEnvironment
     std::string image;
     bool make = false; ///< The project has a `Makefile`.
     std::uint16_t port = 0;
-    std::string project;     ///< Compose's project name.
-    std::string server;      ///< The identity of this server, as a label.
-    std::string world;       ///< The name of the world file.
-    std::string stream_mode; ///< What the browser requested.
+    std::string project;              ///< Compose's project name.
+    std::string server;               ///< The identity of this server, as a label.
+    std::string world;                ///< The name of the world file.
+    std::string stream_mode;          ///< What the browser requested.
+    bool names_extern_robots = false; ///< As in `webots_command`; for images that know it.
     std::string display;
     bool own_display = false;     ///< The container starts an X server of its own, which its image must have.
     std::string runtime = "runc"; ///< What runs the containers: `nvidia` where there is such a processor.

@@ -135,6 +135,13 @@ ClientMessage read_init(json::value const& value, json::object const& message)
     return SimulationRequest(std::move(*project));
 }
 
+/// For people: the name as it is in the world, where it can be shown.
+std::string readable_robot(std::string_view robot)
+{
+    std::string decoded;
+    return percent_decode(robot, decoded) ? printable(decoded, 100) : printable(robot, 100);
+}
+
 } // namespace
 
 ClientMessage parse_client_message(std::string_view text)
@@ -251,6 +258,20 @@ std::string forbidden_file_message(std::string_view path)
 {
     return concat("stderr:\"", path,
                   "\" of the project is left out: its name could do harm here. Rename it.");
+}
+
+std::string controller_message(std::string_view robot, std::string_view url)
+{
+    return concat(
+        "stdout:Robot \"", readable_robot(robot),
+        "\" waits for its controller, which may run on any machine with WEBOTS_CONTROLLER_URL=", url);
+}
+
+std::string no_controller_message(std::string_view robot)
+{
+    return concat("stdout:Robot \"", readable_robot(robot),
+                  "\" waits for its controller, but this site takes none of other machines for this project. "
+                  "Its operator can add the project to \"controllerRepositories\".");
 }
 
 std::string shutdown_timeout_message(std::int64_t seconds)

@@ -151,6 +151,13 @@ std::string loading_message(std::string_view text);
 /// For the console of the project's author: this file or folder, a printable path, is left out.
 std::string forbidden_file_message(std::string_view path);
 
+/// For the console of the project's author: where the controller of this robot, whose name is
+/// percent-encoded, is to connect (`controller_url`).
+std::string controller_message(std::string_view robot, std::string_view url);
+
+/// The same where the site takes no controllers for this project.
+std::string no_controller_message(std::string_view robot);
+
 /// `shutdownTimeout: <seconds>`
 std::string shutdown_timeout_message(std::int64_t seconds);
 

@@ -1,4 +1,4 @@
-// The programs of one simulation that its page may read and change (protocol section 13.17).
+// The programs of one simulation that its page may read and change (protocol section 13.19).
 #pragma once
 
 #include <webots_cloud/error.hpp>

@@ -10,7 +10,8 @@ bool is_known_mode(std::string_view mode) noexcept
 }
 
 std::vector<std::string> webots_command(std::filesystem::path const& webots, std::string_view mode,
-                                        std::uint16_t port, std::filesystem::path const& world)
+                                        std::uint16_t port, std::filesystem::path const& world,
+                                        bool names_extern_robots)
 {
     bool const is_video = mode == "mjpeg";
     std::vector<std::string> argv{webots.string(), "--batch", "--mode=pause"};
@@ -20,6 +21,8 @@ std::vector<std::string> webots_command(std::filesystem::path const& webots, std
     }
     argv.push_back(concat("--port=", std::to_string(port)));
     argv.emplace_back("--heartbeat=5000");
+    if (names_extern_robots)
+        argv.emplace_back("--extern-urls");
     argv.emplace_back(is_video ? "--stream=mjpeg" : "--stream");
     argv.push_back(world.string());
     return argv;

@@ -35,8 +35,11 @@ struct OldStream
 /// The mode in which browsers draw is called `x3d` by Webots up to R2023b and `w3d` by newer ones, and each
 /// refuses the other name. So neither is passed on: a bare `--stream` means that mode to all of them, and
 /// the Webots that is installed, or in the image, decides.
+///
+/// `names_extern_robots`: it prints where controllers of others are to connect (R2022b and newer).
 std::vector<std::string> webots_command(std::filesystem::path const& webots, std::string_view mode,
-                                        std::uint16_t port, std::filesystem::path const& world);
+                                        std::uint16_t port, std::filesystem::path const& world,
+                                        bool names_extern_robots = false);
 
 /// The same for R2021b and older, which browsers that send `init` expect, including its quotes.
 std::vector<std::string> old_webots_command(std::filesystem::path const& webots, OldStream const& stream,

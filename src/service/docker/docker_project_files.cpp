@@ -132,6 +132,8 @@ result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const
     environment.server = params_.identity;
     environment.world = spec.world.filename().string();
     environment.stream_mode = spec.mode;
+    environment.names_extern_robots =
+        spec.names_extern_robots && core::can_name_extern_robots(spec.world_header);
     environment.display = params_.display;
     environment.own_display = params_.own_displays;
     environment.runtime = runtime;

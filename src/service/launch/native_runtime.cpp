@@ -79,7 +79,8 @@ ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t por
         core::set_variable(process.environment, sandbox, on);
         process.set_user_id = true; // the sandbox is a set-user-ID program
     } else {
-        process.argv = core::webots_command(params_.webots, spec.mode, port, spec.world);
+        process.argv =
+            core::webots_command(params_.webots, spec.mode, port, spec.world, spec.names_extern_robots);
     }
     return process;
 }

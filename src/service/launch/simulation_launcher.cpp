@@ -5,6 +5,7 @@
 
 #include "async/cancellation.hpp"
 #include "async/deadline.hpp"
+#include "core/access/controller_address.hpp"
 #include "core/docker/compose_output.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/docker/line_budget.hpp"
@@ -119,7 +120,7 @@ public:
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
           runtime_(runtime), plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
-          limits_(params.limits),
+          names_extern_robots_(spec.names_extern_robots), limits_(params.limits),
           state_(clock.now(), params.config.start_timeout, params.config.timeout, params.config.extendable)
     {
         if (!plan_.job.empty())
@@ -164,6 +165,7 @@ private:
     void on_exit(ExitStatus status, ProcessUsage const& usage);
     void show_progress(std::string_view text);
     void on_heartbeat();
+    void note_extern_robot(std::string_view line);
     void note_activity(bool running);
     void note_lines_left_out();
     void note_listening();
@@ -187,6 +189,8 @@ private:
     std::string news_;               ///< The last that the browser was told while the job waits.
     TimePoint next_news_;            ///< When to look for more.
     bool through_gateway_;
+    bool names_extern_robots_;
+    core::ExternRobots extern_robots_;
     ProcessLimits limits_;
     core::SimulatorState state_;
 
@@ -449,11 +453,20 @@ void RunningSimulation::on_webots_line(std::string_view line)
         stop(core::refused(core::Refused::display_ended));
         break;
     case core::OutputLine::other:
+        note_extern_robot(line);
         if (!state_.was_ready())
             start_words_.of_simulator(line);
         if (passed_on)
             log_.debug(concat("[", label_, "] webots: ", core::printable(line)));
     }
+}
+
+/// Whoever prints such a line: the author of the project is told, nobody else.
+void RunningSimulation::note_extern_robot(std::string_view line)
+{
+    auto robot = names_extern_robots_ ? core::extern_robot_in(line) : std::nullopt;
+    if (robot && extern_robots_.add(*robot))
+        events_.emplace_back(SimulationExternRobot(std::move(*robot)));
 }
 
 void RunningSimulation::on_heartbeat()

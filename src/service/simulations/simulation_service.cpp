@@ -290,6 +290,16 @@ Answer SimulationService::Impl::forward(IncomingRequest const& request)
     return simulation.forward(*path, request);
 }
 
+result<ControllerWay> SimulationService::way_of_controller(std::string_view key, std::string_view robot)
+{
+    for (auto const& [id, session] : impl_->sessions)
+        if (session->has_controller_key(key))
+            return session->way_of_controller(robot);
+    return Failure(errc::refused,
+                   "There is no simulation with this key, or it has ended: take the address that "
+                   "the console of the simulation shows.");
+}
+
 asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Channel& channel)
 {
     if (StatusEndpoints::serves(info.path))

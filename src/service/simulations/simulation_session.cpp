@@ -1,13 +1,14 @@
 // One browser and its simulation, in the order of events: the rules are asked, the project is fetched, the
 // simulator started, its address announced, and whatever happens, `clean_up` comes last.
 // docs/inside.md, "One simulation", has the picture.
-// Decisions: core/simulation/simulation_life, core/simulation/editable_files, core/access/admission,
-// core/projects/repository_policy.
+// Decisions: core/simulation/simulation_life, core/access/admission, core/projects/repository_policy.
+// Decisions: core/simulation/editable_files, core/access/controller_address.
 #include "simulation_session.hpp"
 
 #include "async/cancellation.hpp"
 #include "async/first_of.hpp"
 #include "core/access/asked_name.hpp"
+#include "core/access/controller_greeting.hpp"
 #include "core/sandbox/limits.hpp"
 #include "core/simulation/port_pool.hpp"
 #include "core/simulation/public_base.hpp"
@@ -568,6 +569,24 @@ result<> SimulationSession::check_policy() const
     return {};
 }
 
+/// Whether its robots may be controlled from other machines. Websites' projects run with Webots R2021b or
+/// older, which knows no such controllers.
+bool SimulationSession::takes_controllers() const
+{
+    auto const* start = std::get_if<core::StartMessage>(&request_);
+    auto const& config = context_.params.config;
+    if (!start || config.controller_port == 0 || !context_.hooks.new_address_token)
+        return false;
+    auto const forge = context_.fetcher.forge_of(start->url);
+    if (!forge)
+        return false;
+    core::ForgeOfWorld const place(forge->address.url, forge->source.get().ref_meaning(),
+                                   forge->address.kind);
+    return std::ranges::any_of(config.controller_repositories, [&](std::string const& rule) {
+        return core::allows(rule, start->url, place);
+    });
+}
+
 /// Whether this machine takes the simulation, which then has a place. Refused before anything is fetched.
 result<> SimulationSession::admit()
 {
@@ -722,6 +741,8 @@ LaunchSpec SimulationSession::launch_spec() const
         spec.mode = website->mode;
     } else {
         spec.mode = std::get<core::StartMessage>(request_).mode;
+        spec.names_extern_robots =
+            context_.params.config.controller_port != 0 && context_.launcher.params().config.gateway;
     }
     return spec;
 }
@@ -770,14 +791,20 @@ void SimulationSession::extend(Duration by, Channel& channel)
     tell_time(channel, life_.time_left(context_.clock.now()));
 }
 
-/// The simulation is ready: sends its address, and the token with which the browser can return.
+/// Where its browser reaches this server, `ws://...`.
+std::string SimulationSession::reached_at() const
+{
+    return public_base_.empty() ? core::public_base(core::reached_at(context_.params.address, asked_))
+                                : public_base_;
+}
+
+/// The simulation is ready: sends its address, the token with which the browser can return, and where
+/// controllers of its robots connect.
 void SimulationSession::announce(Channel& channel)
 {
     auto const& own = context_.params.address;
     if (ready_.through_gateway) {
-        auto const base =
-            public_base_.empty() ? core::public_base(core::reached_at(own, asked_)) : public_base_;
-        (void)channel.send(core::webots_gateway_message(base, address_token_, ready_.port));
+        (void)channel.send(core::webots_gateway_message(reached_at(), address_token_, ready_.port));
     } else { // at a port of which no proxy's word about this server says anything
         AskedAddress by_host;
         by_host.host = asked_.host;
@@ -786,6 +813,48 @@ void SimulationSession::announce(Channel& channel)
     if (!token_.empty())
         (void)channel.send(core::reconnect_token_message(token_));
     list_programs(channel);
+    for (std::size_t robot = 0; robot < extern_robots_.names().size(); ++robot)
+        tell_controller(robot, channel);
+}
+
+/// A robot waits for its controller: its author is told where that connects, once there is such a place.
+void SimulationSession::note_extern_robot(std::string robot, Channel& channel)
+{
+    if (extern_robots_.add(std::move(robot)) && !address_token_.empty())
+        tell_controller(extern_robots_.names().size() - 1, channel);
+}
+
+void SimulationSession::tell_controller(std::size_t robot, Channel& channel) const
+{
+    auto const& name = extern_robots_.names().at(robot);
+    auto const& config = context_.params.config;
+    if (controller_key_.empty()) {
+        (void)channel.send(core::no_controller_message(name));
+        return;
+    }
+    auto const place =
+        core::controller_place(config.controller_address, reached_at(), config.controller_port);
+    auto const url = core::controller_url(place, controller_key_, extern_robots_, robot);
+    (void)channel.send(core::controller_message(name, url));
+}
+
+/// From now on the simulation is reached through this server, by those who know its tokens.
+void SimulationSession::open_tunnels()
+{
+    address_token_ = context_.hooks.new_address_token();
+    if (takes_controllers())
+        controller_key_ = context_.hooks.new_address_token().substr(0, core::controller_key_length);
+    tunnels_ = std::make_shared<TunnelGroup>(context_.params.config.traffic_limit);
+}
+
+ControllerWay SimulationSession::way_of_controller(std::string_view robot) const
+{
+    ControllerWay way;
+    way.upstream = Upstream(ready_.host, ready_.port);
+    way.upstream.broker = ready_.broker;
+    way.robot = extern_robots_.resolve(robot);
+    way.group = tunnels_;
+    return way;
 }
 
 asio::awaitable<void> SimulationSession::relay(Channel& channel)
@@ -807,15 +876,15 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             context_.log.info(LogCause("ready"),
                               concat(log_prefix(), "Webots world is loaded, ready to receive connections"));
             ready_ = *ready;
-            if (ready_.through_gateway) {
-                address_token_ = context_.hooks.new_address_token();
-                tunnels_ = std::make_shared<TunnelGroup>(context_.params.config.traffic_limit);
-            }
+            if (ready_.through_gateway)
+                open_tunnels();
             if (life_.has_grace())
                 token_ = context_.hooks.new_token();
             announce(channel);
         } else if (std::holds_alternative<SimulationHeartbeat>(*event)) {
             (void)channel.send(".");
+        } else if (auto* waiting = std::get_if<SimulationExternRobot>(&*event)) {
+            note_extern_robot(std::move(waiting->name), channel);
         } else if (auto const* activity = std::get_if<SimulationActivity>(&*event)) {
             life_.activity(activity->running);
         } else {
@@ -842,6 +911,7 @@ void SimulationSession::refuse_start(SimulationEnded const& ended, Channel& chan
 void SimulationSession::close_tunnels()
 {
     address_token_.clear();
+    controller_key_.clear();
     if (!tunnels_)
         return;
     tunnels_->close();
@@ -856,6 +926,7 @@ void SimulationSession::close_tunnels()
 asio::awaitable<void> SimulationSession::await_goodbyes()
 {
     address_token_.clear();
+    controller_key_.clear();
     if (!tunnels_)
         co_return;
     auto const executor = co_await asio::this_coro::executor;

@@ -3,6 +3,7 @@
 
 #include "async/wakeup.hpp"
 #include "core/access/admission.hpp"
+#include "core/access/controller_address.hpp"
 #include "core/pages/simulation_board.hpp"
 #include "core/projects/project_needs.hpp"
 #include "core/projects/repository_policy.hpp"
@@ -19,6 +20,7 @@
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/simulation_service.hpp>
 #include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/controllers.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -135,6 +137,16 @@ public:
     /// Precondition: the simulation has the port.
     Forward forward(core::GatewayPath const& path, IncomingRequest const& request) const;
 
+    /// Whether this is the key for controllers of its robots.
+    bool has_controller_key(std::string_view key) const noexcept
+    {
+        return !controller_key_.empty() && controller_key_ == key;
+    }
+
+    /// Where a controller of `robot`, as it calls it, is passed on to.
+    /// Precondition: it has a controller key.
+    ControllerWay way_of_controller(std::string_view robot) const;
+
     /// Takes over the limit of the context.
     void limit_traffic();
 
@@ -200,6 +212,11 @@ private:
     void tell_time(Channel& channel, Duration left);
     void extend(Duration by, Channel& channel);
     void announce(Channel& channel);
+    std::string reached_at() const;
+    void note_extern_robot(std::string robot, Channel& channel);
+    void tell_controller(std::size_t robot, Channel& channel) const;
+    void open_tunnels();
+    bool takes_controllers() const;
     result<> check_policy() const;
     bool check_needs(Channel& channel);
     result<> admit();
@@ -231,6 +248,10 @@ private:
     SimulationReady ready_;     ///< Where the simulator listens, once it does.
     std::string address_token_; ///< In its address; empty: nobody reaches it through us.
     std::shared_ptr<TunnelGroup> tunnels_;
+    /// With which controllers on other machines are let in; empty: none is. Not the token of the address,
+    /// which opens the whole simulation: this one crosses networks as plain text.
+    std::string controller_key_;
+    core::ExternRobots extern_robots_;
 
     std::string token_;
     std::string loss_reason_;    ///< How the last connection ended.

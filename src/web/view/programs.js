@@ -1,4 +1,4 @@
-// The programs of a simulation that the page may change (docs/protocol.md, 13.18), and what this browser keeps of them: people find what they
+// The programs of a simulation that the page may change (docs/protocol.md, 13.19), and what this browser keeps of them: people find what they
 // have written at the next start of the same world. No DOM, but for the storage of the browser.
 
 const KEY = 'webots-cloud.programs';

@@ -285,7 +285,7 @@ export class Session extends EventTarget {
       case 'Error': case 'error': return this.#report(rest);
       case 'shutdownTimeout': return this.#planShutdown(Number(rest));
       case 'extendable': return this.#setExtendable(Number(rest));
-      case 'stderr': return this.#tell('output', { stream: prefix, line: rest }); // of the project's files that are left out
+      case 'stdout': case 'stderr': return this.#tell('output', { stream: prefix, line: rest }); // for the author of the project
       case 'waiting': return this.#wait(rest.trim());
       case 'queue': return this.#hasLine || this.#tell('progress', { text: say('session.queue', { count: Number(rest) }), percent: null });
       case 'webots': return this.#connect(rest.trim());

@@ -637,6 +637,45 @@ BOOST_AUTO_TEST_CASE(a_limit_of_traffic_that_nothing_keeps_is_warned_of)
                                                                "since \"gateway\" is false"});
 }
 
+BOOST_AUTO_TEST_CASE(keys_for_controllers_that_open_nothing_are_warned_of)
+{
+    auto const warnings = [](std::string const& keys) {
+        return parse_simulation_config(R"({"server":"h",)" + keys + "}", "c.json").value().warnings;
+    };
+    using Warnings = std::vector<std::string>;
+    BOOST_TEST(warnings(R"("controllerPort":2900,"controllerRepositories":["https://github.com/o"])") ==
+               Warnings());
+    BOOST_TEST(
+        warnings(R"("controllerPort":2900)") ==
+        Warnings{"c.json: key \"controllerPort\" has no effect, since \"controllerRepositories\" names no "
+                 "project whose robots may be controlled from other machines"});
+    BOOST_TEST(
+        warnings(R"("controllerRepositories":["https://github.com/o"])") ==
+        Warnings{
+            "c.json: key \"controllerRepositories\" has no effect, since there is no \"controllerPort\""});
+    BOOST_TEST(
+        warnings(R"("gateway":false,"controllerPort":2900)") ==
+        Warnings{"c.json: key \"controllerPort\" has no effect, since \"gateway\" is false: controllers "
+                 "reach simulators at their own ports"});
+}
+
+BOOST_AUTO_TEST_CASE(controllers_have_a_port_of_their_own_and_an_address_that_their_library_understands)
+{
+    auto const is_taken = [](std::string const& keys) {
+        return parse_simulation_config(R"({"server":"h","maxConnections":100,)" + keys + "}", "c.json")
+            .has_value();
+    };
+    for (auto const* port : {"2000", "2001", "2100"})
+        BOOST_TEST(!is_taken(std::string(R"("controllerPort":)") + port), port);
+    for (auto const* port : {"0", "1999", "2101"})
+        BOOST_TEST(is_taken(std::string(R"("controllerPort":)") + port), port);
+    for (auto const* address :
+         {"h", "h:0", "h:65536", "[::1]:2900", "tcp://h:2900", "h:2900/x", "h h:2900", ":2900"})
+        BOOST_TEST(!is_taken(std::string(R"("controllerAddress":")") + address + '"'), address);
+    for (auto const* address : {"h:2900", "192.0.2.1:1"})
+        BOOST_TEST(is_taken(std::string(R"("controllerAddress":")") + address + '"'), address);
+}
+
 BOOST_AUTO_TEST_CASE(a_certificate_without_a_proxy_is_warned_of_since_simulators_speak_no_tls)
 {
     auto const warnings = [](std::string_view keys) {

@@ -58,6 +58,19 @@ BOOST_AUTO_TEST_CASE(releases_before_R2023b_run_on_ubuntu_20_04_and_others_on_22
     BOOST_TEST(image_of("#VRML_SIM nightly utf8") == "cyberbotics/webots.cloud:nightly-ubuntu22.04");
 }
 
+BOOST_AUTO_TEST_CASE(releases_before_R2022b_are_not_asked_which_robots_wait_for_controllers)
+{
+    for (auto const* release : {"R2019a", "R2021b", "R2022a"})
+        BOOST_TEST(!can_name_extern_robots(std::string("#VRML_SIM ") + release + " utf8"), release);
+    for (auto const* release : {"R2022b", "R2023a", "R2025a", "nightly"})
+        BOOST_TEST(can_name_extern_robots(std::string("#VRML_SIM ") + release + " utf8"), release);
+    auto values = environment();
+    BOOST_TEST((env_file(values).value().find("--extern-urls") == std::string::npos));
+    values.names_extern_robots = true;
+    BOOST_TEST(
+        (env_file(values).value().find("--heartbeat=5000 --extern-urls --stream") != std::string::npos));
+}
+
 BOOST_AUTO_TEST_CASE(a_world_without_a_version_is_refused_in_words)
 {
     for (auto const header :

@@ -117,7 +117,7 @@ BOOST_AUTO_TEST_CASE(a_browser_asks_for_more_time)
     }
 }
 
-// Protocol 13.18.
+// Protocol 13.19.
 BOOST_AUTO_TEST_CASE(programs_are_read_and_written_by_names_that_stay_in_their_folder)
 {
     BOOST_TEST(

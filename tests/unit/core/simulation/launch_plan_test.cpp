@@ -33,6 +33,13 @@ BOOST_AUTO_TEST_CASE(video_runs_unminimised)
                "/w/webots|--batch|--mode=pause|--port=2002|--heartbeat=5000|--stream=mjpeg|/p/worlds/a.wbt");
 }
 
+BOOST_AUTO_TEST_CASE(webots_is_asked_for_the_robots_that_wait_for_controllers_where_they_may_come)
+{
+    BOOST_TEST(joined(webots_command("/w/webots", "mjpeg", 2002, "/p/worlds/a.wbt", true)) ==
+               "/w/webots|--batch|--mode=pause|--port=2002|--heartbeat=5000|--extern-urls|--stream=mjpeg|"
+               "/p/worlds/a.wbt");
+}
+
 // Each release of Webots knows one of the two values and refuses the other; the option without a value means
 // the same mode to all.
 BOOST_AUTO_TEST_CASE(where_the_browser_draws_webots_does_not_and_calls_the_mode_as_it_likes)

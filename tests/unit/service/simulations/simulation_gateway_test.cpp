@@ -193,6 +193,70 @@ BOOST_AUTO_TEST_CASE(a_browser_that_would_not_reach_its_simulation_is_told_so)
     BOOST_TEST(is_refused(fixture, "makes no sense"));
 }
 
+// Protocol section 13.18.
+BOOST_AUTO_TEST_CASE(an_author_is_told_where_controllers_connect_and_the_key_leads_there)
+{
+    auto hooks = simulation_service_hooks();
+    hooks.new_address_token = [n = 0]() mutable { return std::string(28, static_cast<char>('a' + n++)); };
+    auto params = simulation_service_params();
+    params.config.controller_port = 2900;
+    params.config.controller_repositories = {"https://github.com/o"};
+    SimulationFixture fixture(params, std::move(hooks), 2, ProcessLimits(), true);
+    fixture.processes.expect().prints("ipc://2001/e-puck\ntcp://<ip_address>:2001/e-puck\n.\n");
+    auto& browser = fixture.say("", std::string(begin));
+    std::string const key(20, 'b');
+    std::string const told =
+        "stdout:Robot \"e-puck\" waits for its controller, which may run on any machine with "
+        "WEBOTS_CONTROLLER_URL=tcp://host.org:2900/" +
+        key + "/e-puck";
+    BOOST_TEST(browser.sent ==
+                   (Texts{"shutdownTimeout: 600",
+                          "webots:ws://host.org:2000/simulation/" + std::string(28, 'a') + "/2001", told}),
+               boost::test_tools::per_element());
+    auto const& argv = fixture.processes.started().back().argv;
+    BOOST_TEST((std::ranges::find(argv, "--extern-urls") != argv.end()));
+    auto const way = fixture.service.way_of_controller(key, "e-puck").value();
+    BOOST_TEST(way.upstream.host == "127.0.0.1");
+    BOOST_TEST(way.upstream.port == 2001);
+    BOOST_TEST(way.robot == "e-puck");
+    BOOST_TEST(fixture.service.way_of_controller(key, "~1").value().robot == "e-puck");
+    BOOST_TEST((way.group && way.group == fixture.service.way_of_controller(key, "").value().group));
+    for (std::string const& wrong :
+         {std::string(28, 'a'), std::string(20, 'a'), std::string(28, 'b'), std::string()})
+        BOOST_TEST((fixture.service.way_of_controller(wrong, "e-puck").error() == errc::refused), wrong);
+    fixture.leave(browser);
+    BOOST_TEST((fixture.service.way_of_controller(key, "e-puck").error() == errc::refused));
+    BOOST_TEST(way.group->is_closed());
+}
+
+BOOST_AUTO_TEST_CASE(projects_that_are_not_listed_get_no_controllers_and_their_authors_are_told)
+{
+    auto params = simulation_service_params();
+    params.config.controller_port = 2900;
+    params.config.controller_repositories = {"https://github.com/o/other"};
+    Fixture fixture(params);
+    fixture.processes.expect().prints(".\ntcp://<ip_address>:2001/e-puck\n");
+    auto& browser = fixture.say("", std::string(begin));
+    BOOST_TEST(browser.sent.back() ==
+               "stdout:Robot \"e-puck\" waits for its controller, but this site takes none of other machines "
+               "for this "
+               "project. Its operator can add the project to \"controllerRepositories\".");
+    BOOST_TEST((fixture.service.way_of_controller("secretb", "e-puck").error() == errc::refused));
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(
+    without_a_port_for_controllers_simulators_are_not_asked_and_what_they_print_means_nothing)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints("tcp://<ip_address>:2001/e-puck\n.\n");
+    auto& browser = fixture.say("", std::string(begin));
+    BOOST_TEST(browser.sent.back().starts_with("webots:"));
+    auto const& argv = fixture.processes.started().back().argv;
+    BOOST_TEST((std::ranges::find(argv, "--extern-urls") == argv.end()));
+    fixture.leave(browser);
+}
+
 BOOST_AUTO_TEST_CASE(without_the_token_there_is_nothing)
 {
     Fixture fixture;

@@ -1001,7 +1001,7 @@ struct ProgramsFixture
 
 } // namespace
 
-// Protocol 13.18.
+// Protocol 13.19.
 BOOST_AUTO_TEST_CASE(a_page_with_an_editor_changes_the_programs_of_its_simulation)
 {
     ProgramsFixture programs;
