@@ -40,6 +40,18 @@ const STATES = {
     await state(page, 'running');
     await page.waitForSelector('#picture[data-live]');
   },
+  editor: async (page) => {
+    await cloud.set('programs', { 'drive/drive.py': 'print(1)\n', 'drive/map.py': '' });
+    await cloud.call('send', 'simulation', 'files: [{"path":"drive/drive.py","changed":false},{"path":"drive/map.py","changed":false}]');
+    await page.click('#show-code');
+    await page.waitForFunction(() => document.querySelector('#programs textarea')?.value === 'print(1)\n');
+    await cloud.call('send', 'simulator', 'stderr:  File "/x/controllers/drive/drive.py", line 1');
+    await page.waitForSelector('#programs .wrong');
+  },
+  'editor closed': async (page) => {
+    await page.click('#show-code');
+    await page.click('#show-console');
+  },
   'full screen': async (page) => {
     await page.click('#fullscreen');
     await page.waitForFunction(() => document.fullscreenElement !== null);
