@@ -491,16 +491,16 @@ describe('The line of the session server', () => {
     await waitInLine();
     const place = { text: 'You are number 4 in line. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240, why: '', wantsRoom: false };
     assert.deepEqual((await told('onprogress')).at(-1), [place]);
-    await page.locator('.message .text', { hasText: place.text }).waitFor();
-    await page.locator('.message', { hasText: 'starts by itself' }).waitFor();
-    assert.equal(await page.locator('.message .text').getAttribute('aria-live'), 'off');
-    assert.equal(await page.locator('.message .unseen').textContent(), place.text);
+    await page.locator('.report .said', { hasText: place.text }).waitFor();
+    await page.locator('.report', { hasText: 'starts by itself' }).waitFor();
+    assert.equal(await page.locator('.report .said').getAttribute('aria-live'), 'off');
+    assert.equal(await page.locator('.report .unseen').textContent(), place.text);
     assert.deepEqual(await told('onticket'), [[{ machine: OWN, waiting: 'ticket-1' }]]);
     assert.deepEqual(await accessibilityFindings(page), []);
     cloud.sendLease('loading: A machine is free.');
     await state('starting');
-    await page.locator('.message .text', { hasText: 'A machine is free' }).waitFor();
-    assert.equal(await page.locator('.message .hint').isVisible(), false);
+    await page.locator('.report .said', { hasText: 'A machine is free' }).waitFor();
+    assert.equal(await page.locator('.report .hint').isVisible(), false);
     cloud.sendLease(`webots:${SIMULATOR}`);
     await state('paused');
     assert.deepEqual((await told('onstate')).flat(), ['starting', 'waiting', 'starting', 'paused']);
@@ -526,11 +526,11 @@ describe('The line of the session server', () => {
     const why = { busy: 'The machines are busy: a start may have to wait.', full: 'Every seat is taken.', draining: 'No machine takes new simulations at the moment.', down: 'No machine is running.' };
     for (const [site, text] of Object.entries(why)) {
       cloud.watchers[0].send(site);
-      await page.locator('.message.problem .text', { hasText: `${text} This page will tell you when there is one.` }).waitFor();
+      await page.locator('.report.problem .said', { hasText: `${text} This page will tell you when there is one.` }).waitFor();
     }
     cloud.session = MACHINE;
     cloud.watchers[0].send('1');
-    await page.locator('.message:not(.problem) .text', { hasText: 'A machine is free now.' }).waitFor();
+    await page.locator('.report:not(.problem) .said', { hasText: 'A machine is free now.' }).waitFor();
     assert.deepEqual(await accessibilityFindings(page), []);
     await button('Start simulation').click();
     await state('paused');
@@ -613,13 +613,17 @@ describe('What can go wrong', () => {
     }
   });
 
-  test('with 3D, the browser draws the scene where the page does not say otherwise', { skip: inFirefox('without a graphics card it has no WebGL') }, async (t) => {
+  test('the browser draws the scene where the page asks for it', { skip: inFirefox('without a graphics card it has no WebGL') }, async (t) => {
     if (!existsSync(new URL(`../..${LIBRARY}x_ite.min.mjs`, HERE)))
       return t.skip('x_ite is not installed (./test.sh does it, with npm)');
     cloud.hasLibrary = true;
     await open(PROJECT, '', null);
     await state('paused');
-    assert.match(cloud.leases[0], /"simple.wbt", "", "", "", "", "", "" \], "reasons" : true }$/, 'without a mode, as ever');
+    assert.match(cloud.controls[0], /^mjpeg: /, 'the default is a picture everywhere');
+    Object.assign(cloud, { leases: [], controls: [] });
+    await open(PROJECT, '', 'w3d');
+    await state('paused');
+    assert.match(cloud.leases[0], /"simple.wbt", "", "", "", "", "", "" \], "reasons" : true }$/, 'as websites have asked for scenes ever');
     assert.match(cloud.controls[0], /^w3d\b/);
     await page.locator('canvas').waitFor();
     assert.deepEqual(await page.evaluate(() => globalThis.view.getControllers()), ['line']);
@@ -684,6 +688,73 @@ describe('Ten lines of another site', () => {
     if (process.env.SCREENSHOTS)
       await page.screenshot({ path: `${process.env.SCREENSHOTS}/ten-lines.png` });
     assert.deepEqual(await accessibilityFindings(page), []);
+  });
+
+  // The sizes in which people look, and the least part of the window's height that the picture has.
+  const SIZES = [[1440, 900, 0.7], [1280, 720, 0.65], [390, 844, 0.35], [844, 390, 0.55]];
+
+  test('have picture and toolbar in view on every screen', async () => {
+    for (const [width, height, part] of SIZES) {
+      await page.setViewportSize({ width, height });
+      cloud = new Cloud();
+      await show(TEN_LINES(`data-server="${WORLD}" data-mode="mjpeg"`));
+      await state('paused');
+      await seesAllOf(height, part);
+    }
+    await page.setViewportSize({ width: 900, height: 700 });
+  });
+
+  test('a class View in an element without a height does so, too, and has the height of one that has one', async () => {
+    for (const [width, height, part] of SIZES) {
+      await page.setViewportSize({ width, height });
+      cloud = new Cloud();
+      await open(WORLD);
+      await state('paused');
+      await seesAllOf(height, part);
+    }
+    await page.setViewportSize({ width: 900, height: 700 });
+    cloud = new Cloud();
+    await show(WITH_CLASS().replace('id="here"', 'id="here" class="high"').replace('</head>', '<style>.high { height: 333px; }</style></head>'));
+    await page.evaluate((url) => globalThis.view.open(url), WORLD);
+    await state('paused');
+    assert.equal((await page.locator('.view').boundingBox()).height, 333);
+  });
+
+  // On the smallest ones the page may have to be scrolled, by its heading.
+  async function seesAllOf(height, part) {
+    const [view, stage, toolbar] = await Promise.all(['.view', '.stage', '.toolbar'].map((name) => page.locator(name).boundingBox()));
+    assert.ok(view.y + view.height <= height + (height < 480 ? view.y : 0), `the view ends at ${view.y + view.height} of ${height}`);
+    assert.ok(Math.abs(toolbar.y + toolbar.height - view.y - view.height) < 2, 'the toolbar is cut off');
+    assert.ok(stage.height >= part * height, `the picture is ${stage.height} high of ${height}`);
+    assert.ok(stage.height > toolbar.height, 'the buttons are larger than the picture');
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), await page.evaluate(() => innerWidth));
+  }
+
+  test('leave a poster with a button that starts, when they are quit', async () => {
+    await show(TEN_LINES(`data-server="${WORLD}" data-mode="mjpeg"`));
+    await state('paused');
+    assert.equal(await page.locator('.poster > svg').isVisible(), false);
+    const before = await page.locator('webots-view').boundingBox();
+    await button('Quit').click();
+    await state('idle');
+    assert.ok(await page.locator('.poster > svg').isVisible(), 'there is no poster');
+    assert.deepEqual(await page.locator('webots-view').boundingBox(), before);
+    assert.deepEqual(await accessibilityFindings(page), []);
+    cloud.leases = [];
+    await button('Start simulation').click();
+    await state('paused');
+    assert.equal(cloud.leases.length, 1);
+    assert.equal(await page.locator('.poster').isVisible(), false);
+  });
+
+  test('have a button that starts again when the simulation has ended', async () => {
+    await show(TEN_LINES(`data-server="${WORLD}" data-mode="mjpeg"`));
+    await state('paused');
+    await cloud.lease.close();
+    await state('ended');
+    cloud.leases = [];
+    await button('Start again').click();
+    await state('paused');
   });
 
   test('have the attributes and methods that pages of today use', async () => {

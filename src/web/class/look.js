@@ -2,6 +2,7 @@
 
 import { parseViewAddress } from './view/address.js';
 import { say } from './view/texts.js';
+import { icon } from './view/toolbar.js';
 import { View } from './view/webots_view.js';
 import { duration, element, offerFullscreen, ownServer, setText } from './page.js';
 import { wordsFor } from './wall.js';
@@ -28,6 +29,8 @@ export class Look {
     element('look-back').addEventListener('click', back);
     for (const button of element('look').querySelectorAll('[data-do]'))
       button.addEventListener('click', () => act(button.dataset.do, this.#student));
+    for (const button of element('look').querySelectorAll('[data-icon]'))
+      button.prepend(icon(button.dataset.icon));
     offerFullscreen(element('look-full'), element('look'));
     document.addEventListener('keydown', ({ key, target }) =>
       key === 'Escape' && this.#student !== null && document.fullscreenElement === null && target.closest('dialog') === null && back());

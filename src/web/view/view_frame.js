@@ -1,29 +1,30 @@
 // What people see of a View: the picture, the toolbar, the panels. Knows nothing of servers. Touches the DOM.
 
 import { Console } from './console.js';
+import { showPoster } from './poster.js';
 import { sharedStyle } from './shared_style.js';
 import { say } from './texts.js';
+import { icon, toolButton, Toolbar } from './toolbar.js';
 import { adopt, STYLE } from './view_style.js';
 import { SlowVoice } from './waiting.js';
 
-// The toolbar's buttons: name, the option that shows it, whether it says which state it is.
-const COMMANDS = [
-  ['play', 'showPlay', 'running'], ['pause', 'showPlay', 'paused'], ['step', 'showStep', null], ['fast', 'showRun', 'fast'],
-  ['reset', 'showReset', null], ['reload', 'showReload', null],
-];
+// The options that show the commands of the toolbar.
+const OPTIONS = { play: 'showPlay', pause: 'showPlay', step: 'showStep', fast: 'showRun', reset: 'showReset', reload: 'showReload' };
 const ACTIVE = ['paused', 'running', 'fast'];
+const SHOWING = [...ACTIVE, 'lost']; // there is something to see
 
 export class ViewFrame extends EventTarget {
   #root;
   #host;
   #parts = {};
-  #buttons = new Map();
+  #toolbar;
+  #extend;
   #options;
   #output;
   #voice = new SlowVoice((text) => { this.#parts.unseen.textContent = text; });
   #close = { console: null };
 
-  // Events: command {name} (the buttons of COMMANDS, quit, and extend), world {name}, window {robot}.
+  // Events: command {name} (those of the toolbar, screenshot, quit and extend), world {name}, window {robot}.
   // `options`: showPlay and the others that View describes, `mobile` (larger buttons), `broadcast` (buttons have no effect).
   constructor(container, options) {
     super();
@@ -33,6 +34,7 @@ export class ViewFrame extends EventTarget {
     adopt(this.#root, sharedStyle() + STYLE);
     this.#build();
     container.append(this.#host);
+    this.#host.toggleAttribute('data-free', growsWith(container, this.#host));
   }
 
   get display() { return this.#parts.display; }
@@ -45,11 +47,14 @@ export class ViewFrame extends EventTarget {
 
   clearConsole() { this.#output.clear(); }
 
-  // One sentence over the picture; `percent` is a number, null (unknown) or undefined (no progress is shown). `slow`: it changes
+  // The name of what is shown, for its poster.
+  setName(name) { this.#parts.name.textContent = name; }
+
+  // One sentence over the poster or the picture; `percent` is a number, null (unknown) or undefined (no progress is shown). `slow`: it changes
   // often, so a screen reader is told slowly. `hint`: a second sentence, that stays. `button`: {label, pressed()}.
   setMessage(text, { problem = false, percent, slow = false, hint = '', button = null } = {}) {
-    const { message, text: paragraph, bar, hint: second, offer } = this.#parts;
-    paragraph.setAttribute('aria-live', slow ? 'off' : 'polite');
+    const { report, said, progress, hint: second, offer } = this.#parts;
+    said.setAttribute('aria-live', slow ? 'off' : 'polite');
     if (slow)
       this.#voice.tell(text);
     else
@@ -57,16 +62,16 @@ export class ViewFrame extends EventTarget {
     second.hidden = hint === '';
     if (second.textContent !== hint)
       second.textContent = hint;
-    offer.replaceChildren(...(button === null ? [] : [this.#button(button.label, button.pressed)]));
-    message.hidden = text === '';
-    message.classList.toggle('problem', problem);
-    if (paragraph.textContent !== text)
-      paragraph.textContent = text;
-    bar.hidden = percent === undefined;
+    offer.replaceChildren(...(button === null ? [] : [startButton(button)]));
+    report.hidden = text === '';
+    report.classList.toggle('problem', problem);
+    if (said.textContent !== text)
+      said.textContent = text;
+    progress.hidden = percent === undefined;
     if (Number.isFinite(percent))
-      bar.value = percent;
+      progress.value = percent;
     else
-      bar.removeAttribute('value');
+      progress.removeAttribute('value');
   }
 
   // Something to know while the simulation goes on.
@@ -77,39 +82,28 @@ export class ViewFrame extends EventTarget {
   }
 
   // Whether the notice has a button for more time.
-  setExtendable(extendable) { this.#buttons.get('extend').hidden = !extendable; }
+  setExtendable(extendable) { this.#extend.hidden = !extendable; }
 
   // For what has no commands.
-  hideCommands() { COMMANDS.forEach(([name]) => { this.#buttons.get(name).hidden = true; }); }
+  hideCommands() { this.#toolbar.hideCommands(); }
 
-  setThumbnail(url) {
-    const { thumbnail } = this.#parts;
-    thumbnail.hidden = url === '';
-    if (url === '')
-      thumbnail.removeAttribute('src');
-    else
-      thumbnail.src = url;
-  }
+  // What the poster shows; '' is a drawn one.
+  setThumbnail(url) { showPoster(this.#parts.poster, url); }
 
   setState(state) {
-    const active = ACTIVE.includes(state) && !this.#options.broadcast;
-    for (const [name, , pressed] of COMMANDS) {
-      const button = this.#buttons.get(name);
-      button.disabled = !active;
-      if (pressed !== null)
-        button.setAttribute('aria-pressed', String(state === pressed));
-    }
-    this.#buttons.get('quit').disabled = state === 'idle';
-    this.#parts.worlds.disabled = !active;
-    if (ACTIVE.includes(state))
-      this.setThumbnail('');
+    const isActive = ACTIVE.includes(state);
+    const isShowing = SHOWING.includes(state);
+    this.#parts.view.dataset.state = state;
+    this.#toolbar.setState(state, isActive && !this.#options.broadcast);
+    this.#toolbar.button('screenshot').disabled = !isShowing;
+    this.#toolbar.button('quit').disabled = ['idle', 'ended', 'failed'].includes(state);
+    this.#parts.worlds.disabled = !isActive || this.#options.broadcast;
+    this.#parts.poster.hidden = isShowing;
+    this.#parts.report.classList.toggle('card', !isShowing);
+    this.#parts.report.classList.toggle('line', isShowing);
   }
 
-  setTime(milliseconds) {
-    const total = Math.max(0, Math.round(milliseconds));
-    const part = (unit, count, digits) => String(Math.floor(total / unit) % count).padStart(digits, '0');
-    this.#parts.time.textContent = `${Math.floor(total / 3600000)}:${part(60000, 60, 2)}:${part(1000, 60, 2)}.${part(1, 1000, 3)}`;
-  }
+  setTime(milliseconds) { this.#toolbar.setTime(milliseconds); }
 
   setWorlds(current, worlds) {
     const { worlds: select } = this.#parts;
@@ -121,13 +115,13 @@ export class ViewFrame extends EventTarget {
   setWindows(windows) {
     const { windows: group } = this.#parts;
     group.replaceChildren(...(this.#options.showRobotWindow ? windows : []).map(({ robot, open }) => {
-      const button = this.#button(say('view.robotWindow', { robot }), () => this.#tell('window', { robot }));
+      const button = toolButton('window', () => this.#tell('window', { robot }), say('view.robotWindow', { robot }));
       button.setAttribute('aria-pressed', String(open));
       return button;
     }));
   }
 
-  setToolbar(shown) { this.#parts.toolbar.hidden = !shown; }
+  setToolbar(shown) { this.#toolbar.element.hidden = !shown; }
 
   setHelp(url) { setLink(this.#parts.help, url); }
 
@@ -158,20 +152,24 @@ export class ViewFrame extends EventTarget {
     view.setAttribute('aria-label', say('viewer.simulation'));
     view.classList.toggle('mobile', this.#options.mobile);
     const stage = make('div', 'stage', view);
-    make('img', 'thumbnail', stage, { alt: '', hidden: true });
     make('div', 'display', stage);
     make('div', 'labels', stage);
-    const message = make('div', 'message', stage, { hidden: true });
-    make('p', 'text', message).setAttribute('role', 'status');
-    make('p', 'hint', message, { hidden: true }).setAttribute('role', 'status');
-    make('p', 'unseen', message).setAttribute('aria-live', 'polite'); // what a screen reader is told slowly
-    make('div', 'offer', message);
-    make('progress', 'bar', message, { max: 100, hidden: true }).setAttribute('aria-label', say('viewer.progress'));
+    make('div', 'poster', stage).setAttribute('aria-hidden', 'true');
+    showPoster(this.#parts.poster);
+    const report = make('div', 'report', stage, { hidden: true });
+    report.classList.add('card');
+    make('p', 'name', report);
+    make('p', 'said', report).setAttribute('role', 'status');
+    make('p', 'hint', report, { hidden: true }).setAttribute('role', 'status');
+    make('p', 'unseen', report).setAttribute('aria-live', 'polite'); // what a screen reader is told slowly
+    make('progress', 'progress', report, { max: 100, hidden: true }).setAttribute('aria-label', say('viewer.progress'));
+    make('div', 'offer', report);
     const notice = make('div', 'notice', view, { hidden: true });
     make('p', 'noticeText', notice).setAttribute('role', 'alert');
-    this.#addCommand(notice, 'extend', false);
+    this.#extend = Object.assign(this.#button(say('lease.extend'), () => this.#tell('command', { name: 'extend' })), { hidden: true });
+    notice.append(this.#extend);
     notice.append(this.#button(say('view.close'), () => this.setNotice('')));
-    this.#buildToolbar(make, view);
+    this.#buildToolbar(view);
     make('div', 'panels', view);
     const list = Object.assign(document.createElement('div'), { className: 'console', tabIndex: 0 });
     list.setAttribute('role', 'log');
@@ -181,33 +179,31 @@ export class ViewFrame extends EventTarget {
     this.#output = new Console(list);
   }
 
-  #buildToolbar(make, view) {
-    const toolbar = make('div', 'toolbar', view);
-    toolbar.setAttribute('role', 'toolbar');
-    toolbar.setAttribute('aria-label', say('viewer.controls'));
-    for (const [name, option] of COMMANDS)
-      this.#addCommand(toolbar, name, this.#options[option]);
-    make('select', 'worlds', toolbar, { hidden: true }).setAttribute('aria-label', say('view.world'));
-    this.#parts.worlds.addEventListener('change', () => this.#tell('world', { name: this.#parts.worlds.value }));
-    make('span', 'windows', toolbar);
-    const terminal = this.#button(say('viewer.console'), () => this.#toggleConsole(terminal));
-    terminal.hidden = !this.#options.showTerminal;
-    terminal.setAttribute('aria-pressed', 'false');
-    toolbar.append(terminal);
-    const full = this.#button(say('viewer.fullscreen'), () => this.#toggleFullscreen());
-    full.hidden = !document.fullscreenEnabled;
-    toolbar.append(full);
-    make('a', 'editor', toolbar, { target: '_blank', rel: 'noopener', hidden: true, textContent: say('view.editor') });
-    make('a', 'help', toolbar, { target: '_blank', rel: 'noopener', hidden: true, textContent: say('view.help') });
-    make('time', 'time', toolbar).setAttribute('aria-label', say('viewer.simulatedTime'));
-    this.#addCommand(toolbar, 'quit', this.#options.showQuit);
+  #buildToolbar(view) {
+    const toolbar = this.#toolbar = new Toolbar();
+    const tell = (name) => this.#tell('command', { name });
+    toolbar.addCommands(tell, (name) => ({ shown: this.#options[OPTIONS[name]] }));
+    const worlds = this.#parts.worlds = Object.assign(document.createElement('select'), { hidden: true });
+    worlds.setAttribute('aria-label', say('view.world'));
+    worlds.addEventListener('change', () => this.#tell('world', { name: worlds.value }));
+    toolbar.addTime(worlds);
+    const windows = this.#parts.windows = Object.assign(document.createElement('span'), { className: 'windows' });
+    toolbar.element.append(windows);
+    toolbar.add('console', () => this.#toggleConsole(), { shown: this.#options.showTerminal }).setAttribute('aria-pressed', 'false');
+    toolbar.add('screenshot', () => tell('screenshot'));
+    toolbar.add('fullscreen', () => this.#toggleFullscreen(), { shown: document.fullscreenEnabled });
+    this.#parts.editor = this.#link('window', say('view.editor'));
+    this.#parts.help = this.#link('help', say('view.help'));
+    toolbar.add('quit', () => tell('quit'), { shown: this.#options.showQuit });
+    view.append(toolbar.element);
+    this.setState('idle');
   }
 
-  #addCommand(toolbar, name, shown) {
-    const button = this.#button(label(name), () => this.#tell('command', { name }));
-    button.hidden = !shown;
-    this.#buttons.set(name, button);
-    toolbar.append(button);
+  #link(name, text) {
+    const link = Object.assign(document.createElement('a'), { className: 'tool', target: '_blank', rel: 'noopener', hidden: true });
+    link.append(icon(name), text);
+    this.#toolbar.element.append(link);
+    return link;
   }
 
   #button(text, pressed) {
@@ -216,14 +212,14 @@ export class ViewFrame extends EventTarget {
     return button;
   }
 
-  #toggleConsole(button) {
+  #toggleConsole() {
     if (this.#close.console === null) {
-      this.#close.console = this.showPanel(say('viewer.console'), this.#parts.console, () => this.#toggleConsole(button));
+      this.#close.console = this.showPanel(say('viewer.console'), this.#parts.console, () => this.#toggleConsole());
     } else {
       this.#close.console();
       this.#close.console = null;
     }
-    button.setAttribute('aria-pressed', String(this.#close.console !== null));
+    this.#toolbar.button('console').setAttribute('aria-pressed', String(this.#close.console !== null));
   }
 
   #toggleFullscreen() {
@@ -244,15 +240,17 @@ function setLink(link, url) {
     link.href = url;
 }
 
-function label(name) {
-  switch (name) {
-    case 'play': return say('viewer.play');
-    case 'pause': return say('viewer.pause');
-    case 'step': return say('viewer.step');
-    case 'fast': return say('viewer.fast');
-    case 'reset': return say('viewer.reset');
-    case 'reload': return say('viewer.reload');
-    case 'extend': return say('lease.extend');
-    default: return say('view.quit');
-  }
+// Whether `container` is as high as what is in it.
+function growsWith(container, content) {
+  const height = container.clientHeight;
+  content.style.display = 'none';
+  const isLower = container.clientHeight < height;
+  content.style.display = '';
+  return isLower;
+}
+
+function startButton({ label, pressed }) {
+  const button = Object.assign(document.createElement('button'), { type: 'button', className: 'start', textContent: label });
+  button.addEventListener('click', pressed);
+  return button;
 }

@@ -10,7 +10,7 @@
 //                       https://github.com/...wbt                 the same, at the server that this file comes from
 //                       ws://host:2001                            a simulator that runs
 //                       file.x3d                                  an exported scene
-//                       mode: 'mjpeg' (a picture), 'w3d' or 'x3d' (the browser draws); by default it draws, if this build can
+//                       mode: 'mjpeg' (a picture, unless said otherwise), 'w3d' or 'x3d' (the browser draws, if this build can)
 //                       open(url, mode, {request, ticket}): `request` is asked for a machine instead of the url's session server
 //                       (a class: https://host:1999/session?class=token); `ticket`, of onticket(), returns to a simulation
 //   close()             ends what open() started
@@ -25,7 +25,7 @@
 //   time                simulated milliseconds
 //   project             of ws://host/project/worlds/world.wbt; otherwise ''
 //   simulator           the address of the simulator, ws://host:2001, once it is known; otherwise ''
-//   offersStart         false: where no machine was free, the view does not say when one is; otherwise it does, with a button that starts
+//   offersStart         false: no button of the view starts; otherwise there is one after close(), and where no machine was free, when one is
 //   runOnLoad           true: plays as soon as it can
 //   snapshot(width, height)  resolves to an OffscreenCanvas with what is shown, at most so large; to null while nothing is; rejects
 //                       where the simulator does not let scripts of this page read its picture
@@ -58,7 +58,9 @@ import { parseViewAddress, sessionServerOf, socketToWeb, webToSocket } from './a
 import { Availability, siteText } from './availability.js';
 import { Labels } from './labels.js';
 import { Picture } from './picture.js';
+import { worldName } from './poster.js';
 import { RobotWindows } from './robot_windows.js';
+import { saveScreenshot } from './screenshot.js';
 import { Session } from './session.js';
 import { loadSharedStyle } from './shared_style.js';
 import { loadTexts, say } from './texts.js';
@@ -155,7 +157,7 @@ export class View {
       const target = parseViewAddress(url, ownServer, document.baseURI);
       if (request !== undefined)
         Object.assign(target, { request, server: sessionServerOf(request) });
-      const wanted = OLD_MODES[mode] ?? mode;
+      const wanted = OLD_MODES[mode] ?? mode ?? 'mjpeg';
       const drawing = target.kind !== 'scene' && wanted === 'mjpeg' ? NOT_WANTED : await findDrawing();
       if (attempt === this.#attempt) {
         this.#start(target, wanted, drawing);
@@ -172,7 +174,7 @@ export class View {
     if (this.#state === 'idle')
       return;
     this.#leave();
-    this.#frame?.setMessage(say('view.closed'));
+    this.#frame?.setMessage(say('view.closed'), { button: this.offersStart ? this.#startAgain(say('viewer.start')) : null });
     this.onclose?.();
   }
 
@@ -264,6 +266,7 @@ export class View {
     const drawn = target.kind === 'scene' || (Scene !== null && mode !== 'mjpeg');
     this.#drawn = drawn;
     this.#target = target;
+    this.#frame.setName(worldName(target.world ?? target.url));
     this.#setState('starting');
     if (drawn)
       this.#display = new Scene(this.#frame.display, { told: (text) => this.#tellProblem(text) });
@@ -273,7 +276,7 @@ export class View {
       this.#frame.hideCommands();
       return this.#openScene(target.url);
     }
-    const wanted = drawn ? (mode ?? 'w3d') : 'mjpeg';
+    const wanted = drawn ? mode : 'mjpeg';
     this.#base = target.kind === 'simulator' ? socketToWeb(target.url) : '';
     this.#listen(this.#session = new Session({ ...target, opening: this.#opening(target, wanted), mode: wanted, paused: true,
       broadcast: this.broadcast === true }, this.#display.size, this.#ticket));
@@ -477,6 +480,8 @@ export class View {
   #obey(command) {
     if (command === 'quit')
       this.onquit?.();
+    else if (command === 'screenshot')
+      this.#screenshot();
     else
       this[command]();
   }
@@ -488,8 +493,8 @@ export class View {
       this.#windows.open(robot);
   }
 
-  #tellProblem(text) {
-    this.#frame.setMessage(text, { problem: true });
+  #tellProblem(text, button = null) {
+    this.#frame.setMessage(text, { problem: true, button });
     this.onerror?.(text);
   }
 
@@ -502,7 +507,7 @@ export class View {
     const { server } = this.#target;
     const hint = failed && this.#mayBeRefused ? ` ${say('view.origin', { origin: location.origin })}` : '';
     this.#leave(failed ? 'failed' : 'ended');
-    this.#tellProblem(text + hint);
+    this.#tellProblem(text + hint, this.offersStart && !full ? this.#startAgain(say('viewer.startAgain')) : null);
     if (full && this.offersStart)
       this.#followMachines(server);
     this.onclose?.({ text, failed, full, busy });
@@ -522,7 +527,15 @@ export class View {
 
   #offerStart() {
     this.#availability.follow(null);
-    this.#frame.setMessage(say('view.machineAgain'), { button: { label: say('viewer.start'), pressed: this.#openAgain } });
+    this.#frame.setMessage(say('view.machineAgain'), { button: this.#startAgain(say('viewer.start')) });
+  }
+
+  #startAgain(label) { return { label, pressed: () => this.#openAgain() }; }
+
+  async #screenshot() {
+    const problem = await saveScreenshot(this.#display, worldName(this.#target.world ?? this.#target.url));
+    if (problem !== '')
+      this.#frame.setNotice(problem);
   }
 
   // Scripts are not told why a WebSocket was refused. A server of another site may not know the page's.
@@ -673,7 +686,7 @@ export class WebotsView extends HTMLElement {
     view.setToolbar(this.#toolbar);
     view.onready = () => this.onready?.();
     view.onclose = () => this.ondisconnect?.();
-    view.onquit = () => this.close();
+    view.onquit = () => view.close(); // which leaves its poster, with a button that starts
     view.onstdout = (line) => this.#printed?.(line);
     view.onstderr = (line) => this.#complained?.(line);
     view.onstate = (state) => { this.dataset.state = state; };
