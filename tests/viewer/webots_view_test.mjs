@@ -474,6 +474,48 @@ describe('The editor of a page', () => {
   });
 });
 
+describe('Programs of the simulation', () => {
+  const PROGRAM = 'robot.step(32)\n';
+  const text = () => page.getByRole('textbox', { name: 'Text of the program' });
+
+  test('are changed in a panel of the view, and saved where the simulation is', async () => {
+    await show(WITH_CLASS());
+    await page.evaluate((world) => globalThis.view.open(world), WORLD);
+    await state('paused');
+    assert.equal(await button('Program').count(), 0, 'nothing to change yet');
+    assert.equal(JSON.parse(cloud.leases[0]).start.edit, true);
+    cloud.sendLease('files: [{"path":"drive/drive.py","changed":false}]');
+    await button('Program').click();
+    await until(() => cloud.leases.includes('{"original":"drive/drive.py"}'), 'a question for the program');
+    cloud.sendLease(`file: ${JSON.stringify({ path: 'drive/drive.py', text: PROGRAM })}`);
+    cloud.sendLease(`file: ${JSON.stringify({ path: 'drive/drive.py', original: PROGRAM })}`);
+    await page.waitForFunction(() => globalThis.view !== undefined);
+    await until(async () => await text().inputValue() === PROGRAM, 'the program');
+    await text().fill('pass\n');
+    await button('Run').click();
+    await until(() => cloud.leases.includes('{"write":{"path":"drive/drive.py","text":"pass\\n"}}'), 'the new program');
+    assert.equal(cloud.controls.includes('reset'), false, 'not before it is saved');
+    cloud.sendLease('file: {"path":"drive/drive.py","saved":true}');
+    await heard('reset');
+    await heard('real-time:60000');
+    cloud.send('stderr:  File "/i/controllers/drive/drive.py", line 1, in <module>');
+    await page.getByText('There is a mistake in drive.py, line 1').waitFor();
+    assert.deepEqual(await accessibilityFindings(page), []);
+    await button('Program').click();
+    assert.equal(await text().count(), 0);
+  });
+
+  test('are nobody\u2019s business where the page says so', async () => {
+    await show(WITH_CLASS());
+    await page.evaluate((world) => {
+      globalThis.view.showProgram = false;
+      globalThis.view.open(world);
+    }, WORLD);
+    await state('paused');
+    assert.equal(JSON.parse(cloud.leases[0]).start.edit, undefined);
+  });
+});
+
 describe('The line of the session server', () => {
   async function waitInLine() {
     cloud.session = OWN;

@@ -11,7 +11,7 @@ export class ProgramEditor {
   #programs;
   #kept;
   #run;
-  #element = make('section', { className: 'program-editor' });
+  #element = make('div', { className: 'program-editor' });
   #files = make('select');
   #text = make('textarea', { spellcheck: false, wrap: 'off', autocapitalize: 'none', autocomplete: 'off' });
   #numbers = make('div', { className: 'numbers', ariaHidden: 'true' });
@@ -137,7 +137,6 @@ export class ProgramEditor {
 
   // In the language of the page.
   sayAll() {
-    this.#element.setAttribute('aria-label', say('code.title'));
     this.#files.setAttribute('aria-label', say('code.file'));
     this.#text.setAttribute('aria-label', say('code.text'));
     this.#runs.textContent = say('code.run');

@@ -3,6 +3,7 @@
 import { fetchAgain } from './fetch_again.js';
 
 const SHEETS = ['tokens.css', 'simulation.css'];
+const EDITOR = 'editor.css';
 
 let style = '';
 
@@ -17,3 +18,9 @@ export async function loadSharedStyle() {
 }
 
 export const sharedStyle = () => style;
+
+// Of the editor for programs; '' if it cannot be loaded.
+export async function editorStyle() {
+  const answer = await fetchAgain(new URL(EDITOR, import.meta.url)).catch(() => null);
+  return answer?.ok ? answer.text() : '';
+}

@@ -2,7 +2,7 @@
 
 import { Console } from './console.js';
 import { showPoster } from './poster.js';
-import { sharedStyle } from './shared_style.js';
+import { editorStyle, sharedStyle } from './shared_style.js';
 import { say } from './texts.js';
 import { icon, toolButton, Toolbar } from './toolbar.js';
 import { adopt, STYLE } from './view_style.js';
@@ -22,7 +22,8 @@ export class ViewFrame extends EventTarget {
   #options;
   #output;
   #voice = new SlowVoice((text) => { this.#parts.unseen.textContent = text; });
-  #close = { console: null };
+  #close = { console: null, code: null };
+  #editorStyle = null;
 
   // Events: command {name} (those of the toolbar, screenshot, quit and extend), world {name}, window {robot}.
   // `options`: showPlay and the others that View describes, `mobile` (larger buttons), `broadcast` (buttons have no effect).
@@ -127,6 +128,22 @@ export class ViewFrame extends EventTarget {
 
   setEditor(url) { setLink(this.#parts.editor, this.#options.showIde ? url : ''); }
 
+  // Whether the toolbar has a button for programs, which the event "command" is told of.
+  setPrograms(shown) { this.#toolbar.button('code').hidden = !shown || !this.#options.showProgram; }
+
+  // Their editor, below the picture with the console; null: none.
+  async showPrograms(element, closed) {
+    this.#toolbar.button('code').setAttribute('aria-pressed', String(element !== null));
+    this.#close.code?.();
+    this.#close.code = null;
+    if (element === null)
+      return;
+    adopt(this.#root, this.#editorStyle ??= await editorStyle());
+    this.#close.code = this.showPanel(say('code.title'), element, closed);
+    if (this.#close.console === null)
+      this.#toggleConsole();
+  }
+
   // Shows `content` below the picture; `closed` is called when its button is pressed. Returns what takes it away.
   showPanel(title, content, closed) {
     const panel = document.createElement('section');
@@ -189,6 +206,7 @@ export class ViewFrame extends EventTarget {
     toolbar.addTime(worlds);
     const windows = this.#parts.windows = Object.assign(document.createElement('span'), { className: 'windows' });
     toolbar.element.append(windows);
+    toolbar.add('code', () => tell('code'), { shown: false }).setAttribute('aria-pressed', 'false');
     toolbar.add('console', () => this.#toggleConsole(), { shown: this.#options.showTerminal }).setAttribute('aria-pressed', 'false');
     toolbar.add('screenshot', () => tell('screenshot'));
     toolbar.add('fullscreen', () => this.#toggleFullscreen(), { shown: document.fullscreenEnabled });

@@ -39,6 +39,9 @@ ${sizeOf(':host([data-free])')}
 .panels section { flex: 1 1 18rem; display: flex; flex-direction: column; min-height: 10rem; border-top: 1px solid var(--line); }
 .panels header { display: flex; align-items: center; gap: 0.35rem; padding: 0.25rem 0.5rem; }
 .panels header p { flex: 1; margin: 0; font-weight: 600; }
+.panels:has(.program-editor) { max-height: 65%; }
+.panels section:has(.program-editor) { flex: 3 1 22rem; min-height: 15rem; }
+.program-editor { flex: 1 1 0; }
 .panels iframe { flex: 1; width: 100%; min-height: 9rem; border: 0; background: #fff; color-scheme: light; }
 .console { flex: 1; min-height: 6rem; max-height: 16rem; overflow: auto; padding: 0.25rem 0.5rem; font: 0.8125rem/1.35 var(--mono); white-space: pre-wrap; overflow-wrap: anywhere; }
 .console .stderr { color: var(--bad); }

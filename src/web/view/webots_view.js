@@ -18,7 +18,7 @@
 //   setWebotsDocUrl(url)
 //   broadcast           true, set before open(): only watches
 //   showRevert, showReload, showQuit, showRun, showPlay, showStep, showReset, showTerminal, showRobotWindow,
-//   showWorldSelection, showIde  whether the toolbar has them; set on the view, or on `webots`, before open()
+//   showWorldSelection, showIde, showProgram  whether the toolbar has them; set on the view, or on `webots`, before open()
 //   play(), pause(), step(), fast(), reset(), reload(), loadWorld(name), send(text), sendRobotMessage(robot, message),
 //   extend()            more time, as far as the operator allows it
 //   state               'idle' | 'starting' | 'waiting' (in the line of the session server; it starts by itself) | 'paused' | 'running' | 'fast' | 'lost' (nothing arrives) | 'ended' | 'failed'
@@ -59,6 +59,7 @@ import { Availability, siteText } from './availability.js';
 import { Labels } from './labels.js';
 import { Picture } from './picture.js';
 import { worldName } from './poster.js';
+import { ProgramPanel } from './program_panel.js';
 import { RobotWindows } from './robot_windows.js';
 import { saveScreenshot } from './screenshot.js';
 import { Session } from './session.js';
@@ -75,7 +76,7 @@ const DRAWN = ['w3d', 'x3d'];
 const NOT_WANTED = { Scene: null, missing: '' };
 const OLD_MODES = { x3dom: 'x3d', video: 'mjpeg' }; // of 2018 and 2019
 const SHOWN = { showPlay: true, showStep: true, showRun: true, showReset: true, showReload: false, showQuit: true, showRobotWindow: true,
-  showTerminal: true, showWorldSelection: true, showIde: true };
+  showTerminal: true, showWorldSelection: true, showIde: true, showProgram: true };
 
 const ownServer = sessionServerOf(new URL('..', import.meta.url));
 
@@ -130,6 +131,8 @@ export class View {
   #availability = null; // of machines, after a start for which there was none
   #settling = 0;
   #returns = false; // to a simulation that runs, or was paused by somebody
+  #programs = null; // of a simulation that was started here
+  #showsPrograms = false;
   #page = null; // an AbortController: while something is open, the view follows the page's going and coming
 
   constructor(view3D, mobile = matchMedia('(pointer: coarse)').matches) {
@@ -279,7 +282,8 @@ export class View {
     const wanted = drawn ? mode : 'mjpeg';
     this.#base = target.kind === 'simulator' ? socketToWeb(target.url) : '';
     this.#listen(this.#session = new Session({ ...target, opening: this.#opening(target, wanted), mode: wanted, paused: true,
-      broadcast: this.broadcast === true }, this.#display.size, this.#ticket));
+      broadcast: this.broadcast === true, edit: this.#shown('showProgram') }, this.#display.size, this.#ticket));
+    this.#programs = new ProgramPanel(this.#session, target.world ?? '', { offered: (some) => this.#frame.setPrograms(some), run: () => this.#beginAnew() });
     this.#returns = this.#ticket?.token !== undefined;
     this.#session.hidden = document.hidden;
     this.#session.start();
@@ -292,6 +296,26 @@ export class View {
     addEventListener('pagehide', () => (this.onticket === null ? this.#session?.stop() : this.#session?.leave()), { signal });
     document.addEventListener('visibilitychange', () => this.#session !== null && (this.#session.hidden = document.hidden), { signal });
     addEventListener('pageshow', ({ persisted }) => persisted && openAgain(), { signal });
+  }
+
+  async #togglePrograms() {
+    this.#showsPrograms = !this.#showsPrograms;
+    if (!this.#showsPrograms)
+      return this.#frame.showPrograms(null);
+    try {
+      await this.#frame.showPrograms(await this.#programs.open(), () => this.#togglePrograms());
+      this.#programs.focus();
+    } catch {
+      this.#showsPrograms = false;
+      this.#frame.setNotice(say('code.notLoaded'));
+    }
+  }
+
+  // Simulators start the controllers of a world again with it.
+  #beginAnew() {
+    this.#frame.clearConsole();
+    this.reset();
+    this.play();
   }
 
   #opening(target, mode) {
@@ -482,6 +506,8 @@ export class View {
       this.onquit?.();
     else if (command === 'screenshot')
       this.#screenshot();
+    else if (command === 'code')
+      this.#togglePrograms();
     else
       this[command]();
   }
@@ -554,6 +580,10 @@ export class View {
     this.#display = null;
     this.#windows?.clear();
     this.#labels?.clear();
+    this.#programs = null;
+    this.#showsPrograms = false;
+    this.#frame?.showPrograms(null);
+    this.#frame?.setPrograms(false);
     this.#mode = 'paused';
     this.#heard = false;
     this.#hasEditor = false;

@@ -12,7 +12,7 @@ import { fetchAgain } from './view/fetch_again.js';
 import { forget, recall, remember } from './view/memory.js';
 import { loadPageTexts, offerLanguages } from './view/page_texts.js';
 import { Picture } from './view/picture.js';
-import { KeptPrograms, Programs } from './view/programs.js';
+import { ProgramPanel } from './view/program_panel.js';
 import { showPoster, worldName } from './view/poster.js';
 import { Scene } from './view/scene.js';
 import { saveScreenshot } from './view/screenshot.js';
@@ -48,7 +48,6 @@ let ticket = null; // to return with, and to what
 let hasRoom = false; // the session server of this page lets people wait
 let unseen = ''; // what happened while the page was hidden: 'started' or 'free'
 let programs = null; // of the simulation that was started here
-let editor = null; // once it was opened
 let saidStatus = () => say('viewer.idle'); // said again when the language changes
 const output = new Console(element('console'));
 const wakeLock = new WakeLock();
@@ -222,7 +221,7 @@ function sayAll() {
   sayHint();
   toolbar.sayAll();
   sharing.sayAll();
-  editor?.sayAll();
+  programs?.sayAll();
   sayWorld();
   picture.sayName();
   scene.sayName();
@@ -286,8 +285,7 @@ function begin(target, kept = null) {
   takeWindow();
   session = new Session({ ...target, edit: true }, picture.size, kept);
   closeEditor();
-  programs = new Programs((text) => session?.sendToServer(text));
-  programs.addEventListener('list', () => { element('show-code').hidden = programs.list.length === 0; });
+  programs = new ProgramPanel(session, target.world ?? '', { offered: (some) => { element('show-code').hidden = !some; }, run: beginAnew });
   session.hidden = document.hidden;
   deadline = { ends: Infinity, extendable: 0 };
   interrupted = '';
@@ -410,11 +408,7 @@ function listen(to) {
     showDeadline();
   });
   on('rest', () => picture.hide());
-  on('message', ({ from, text }) => from === 'server' && programs.receive(text));
-  on('output', ({ stream, line }) => {
-    output.print(stream, line);
-    editor?.read(line);
-  });
+  on('output', ({ stream, line }) => output.print(stream, line));
   on('time', (milliseconds) => {
     setTime(milliseconds);
     picture.receive('time');
@@ -483,21 +477,20 @@ function toggleConsole() {
     element('output').scrollIntoView({ block: 'nearest' });
 }
 
-// Loaded when it is opened first: most people only look.
 async function toggleEditor() {
   const place = element('programs');
   place.hidden = !place.hidden;
   element('show-code').setAttribute('aria-pressed', String(!place.hidden));
   if (place.hidden)
     return;
-  if (editor === null) {
-    const { ProgramEditor } = await import('./view/program_editor.js');
-    editor = new ProgramEditor(programs, new KeptPrograms(element('connect-to').value.trim()), beginAnew);
-    place.replaceChildren(editor.element);
+  try {
+    place.replaceChildren(await programs.open());
+  } catch {
+    return setWarning(say('code.notLoaded'));
   }
   if (element('output').hidden)
     toggleConsole();
-  editor.focus();
+  programs.focus();
 }
 
 // Simulators start the controllers of a world again with it.
@@ -508,7 +501,6 @@ function beginAnew() {
 }
 
 function closeEditor() {
-  editor = null;
   element('programs').replaceChildren();
   element('programs').hidden = true;
   element('show-code').hidden = true;
