@@ -2,9 +2,9 @@
 // server's own user or root, but no descendant of the server, since those are simulations. See
 // docs/decisions/008-who-is-the-operator.md.
 #include "adapters/files/file_descriptor.hpp"
+#include "adapters/messages/forward_text.hpp"
 #include "adapters/messages/http_request_reader.hpp"
 #include "adapters/messages/http_response_text.hpp"
-#include "adapters/messages/parse_message.hpp"
 #include "async/cancellation.hpp"
 #include "core/access/accept_failure.hpp"
 #include "core/text.hpp"
@@ -22,16 +22,13 @@
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/error.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/read_size.hpp>
-#include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/string_body.hpp>
 
 #include <sys/poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <charconv>
 #include <fstream>
 #include <optional>
@@ -42,13 +39,11 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace fs = std::filesystem;
-namespace http = beast::http;
 using core::concat;
 using Protocol = asio::local::stream_protocol;
 using Stream = beast::basic_stream<Protocol>;
 
 constexpr auto patience = std::chrono::seconds(5); // for a request, and for its answer to be taken
-constexpr std::size_t max_piece = 8 * 1024;
 constexpr std::size_t max_answer = 16 * 1024 * 1024;
 constexpr int max_ancestors = 256;
 constexpr int max_waiting = 8;                                // connections
@@ -271,27 +266,28 @@ asio::awaitable<result<std::string>> ask(Protocol::endpoint where, std::string_v
         co_await asio::async_write(stream, asio::buffer(request), asio::as_tuple(asio::use_awaitable));
     if (unsent)
         co_return Failure(errc::unreachable, unsent.message());
-    beast::flat_buffer buffer;
-    http::response_parser<http::string_body> parser;
-    parser.body_limit(max_answer);
-    parser.eager(true);
-    beast::error_code unread;
-    while (!unread && !parser.is_done()) {
-        auto const room = buffer.prepare(beast::read_size(buffer, max_piece));
-        auto const [error, size] = co_await stream.async_read_some(room, asio::as_tuple(asio::use_awaitable));
-        buffer.commit(size);
-        unread = error ? adapters::parse_end(parser, error) : adapters::parse_received(parser, buffer);
+    std::string received; // all of it: the server closes after its answer
+    std::array<char, 8192> piece{};
+    boost::system::error_code ended;
+    while (!ended && received.size() < max_answer) {
+        auto const [error, size] =
+            co_await stream.async_read_some(asio::buffer(piece), asio::as_tuple(asio::use_awaitable));
+        received.append(piece.data(), size);
+        ended = error;
     }
-    if (unread == beast::error::timeout)
+    if (ended == beast::error::timeout)
         co_return Failure(errc::timed_out, "the server has taken the request, and says nothing");
-    if (unread)
+    adapters::ForwardedResponse response(UpstreamKind::trusted_monitor, false, false);
+    bool const is_whole = response.parse(received) == adapters::ForwardedResponse::Progress::complete &&
+                          received.size() == response.head_size() + response.length();
+    if (!is_whole)
         co_return Failure(errc::refused,
                           "the server does not take it from this user, or from within a simulation");
-    auto const& response = parser.get();
-    if (response.result_int() != 200)
-        co_return Failure(errc::refused, concat("the server answered ", std::to_string(response.result_int()),
-                                                " ", core::printable(response.body())));
-    co_return response.body();
+    auto body = received.substr(response.head_size());
+    if (response.status() != 200)
+        co_return Failure(errc::refused, concat("the server answered ", std::to_string(response.status()),
+                                                " ", core::printable(body)));
+    co_return body;
 }
 
 } // namespace
