@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Checks that ARCHITECTURE.md, HACKING.md, docs/inside.md and docs/recipes.md speak of what exists: each path, file, class and function that they name in backquotes or in
+"""Checks that ARCHITECTURE.md, HACKING.md, docs/inside.md, docs/recipes.md and docs/long_tests.md speak of what exists: each path, file, class and function that they name in backquotes or in
 a diagram. (Links: tests/documentation/markdown_links.py.)"""
 import re
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCUMENTS = ('ARCHITECTURE.md', 'HACKING.md', 'docs/inside.md', 'docs/recipes.md')
+DOCUMENTS = ('ARCHITECTURE.md', 'HACKING.md', 'docs/inside.md', 'docs/recipes.md', 'docs/long_tests.md')
 FOLDERS = ('apps', 'cmake', 'config', 'docs', 'examples', 'include', 'src', 'tests')
 SOURCES = {'.cpp', '.hpp', '.py', '.js', '.sh', '.json', '.txt', '.md', '.html', '.cmake'}
 # Names of others: of the Python servers that ours replace, and of libraries.

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Checks tables and lists of HACKING.md, docs/inside.md and docs/recipes.md against the tree: the public headers of each target, the files that write `/metrics`, the rooms of the unit tests, which files may start threads; the labels of tests, the codes
+"""Checks tables and lists of HACKING.md, docs/inside.md, docs/recipes.md and docs/long_tests.md against the tree: the public headers of each target, the files that write `/metrics`, the rooms of the unit tests, which files may start threads; the labels of tests, the codes
 of failures, and figures of tests."""
 import re
 import sys
@@ -89,7 +89,7 @@ def number(path, name):
 
 
 def hacking():
-    text = (ROOT / 'HACKING.md').read_text() + (ROOT / 'docs/recipes.md').read_text()
+    text = ''.join((ROOT / name).read_text() for name in ('HACKING.md', 'docs/recipes.md', 'docs/long_tests.md'))
     found = differences('labels of tests', labels(text), labels_used())
     said, is_so = failures_said(text), failures_of((ROOT / 'src/core/simulation/start_figures.cpp').read_text())
     said = {code: label for code, label in said.items() if label != 'other'}
@@ -101,7 +101,7 @@ def hacking():
             (r'35 of 35 passed', sum(len(re.findall(r'^    (?:async )?def test_', (ROOT / f'tests/{name}.py').read_text(), re.M))
                                      for name in ('systemd_boot', 'systemd_packages')))):
         if f'{figure:,}' not in (re.findall(sentence, text) or [''])[0]:
-            found.append(f'HACKING.md: "{sentence}" is not so: {figure:,}')
+            found.append(f'HACKING.md or docs/long_tests.md: "{sentence}" is not so: {figure:,}')
     return found
 
 
