@@ -2,6 +2,7 @@
 """The streaming protocol of the demo simulator, seen from a browser."""
 
 import asyncio
+import contextlib
 import http.client
 import json
 import os
@@ -128,6 +129,14 @@ class Case(unittest.IsolatedAsyncioTestCase):
         self.addCleanup(simulator.end)
         return simulator.ready()
 
+    @contextlib.asynccontextmanager
+    async def joined(self, simulator, *more):
+        """A browser that has been told what it is told at first."""
+        async with connect(simulator) as ws:
+            browser = Browser(ws)
+            await self.join(browser, *more)
+            yield browser
+
 
 class Scene(Case):
     async def join(self, browser, mode='w3d'):
@@ -201,9 +210,7 @@ class Scene(Case):
     async def test_the_same_steps_give_the_same_poses(self):
         async def after_steps():
             simulator = self.simulator()
-            async with connect(simulator) as ws:
-                browser = Browser(ws)
-                await self.join(browser)
+            async with self.joined(simulator) as browser:
                 for _ in range(50):
                     await browser.send('step')
                     self.assertEqual(await browser.reply(), 'paused by client')
@@ -246,10 +253,7 @@ class Scene(Case):
     async def test_the_deadline_is_in_simulated_time(self):
         for mode in ('real-time', 'fast'):
             simulator = self.simulator()
-            async with connect(simulator) as first, connect(simulator) as second:
-                browser, other = Browser(first), Browser(second)
-                await self.join(browser)
-                await self.join(other)
+            async with self.joined(simulator) as browser, self.joined(simulator) as other:
                 await browser.send(f'{mode}:320')
                 self.assertEqual(await browser.reply(), mode)
                 self.assertEqual(await browser.reply(), 'pause: 320')
@@ -260,9 +264,7 @@ class Scene(Case):
 
     async def test_timeout_moves_the_deadline(self):
         simulator = self.simulator()
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             await browser.send('fast:10000000')
             self.assertEqual(await browser.reply(), 'fast')
             await browser.send('timeout:0')
@@ -272,9 +274,7 @@ class Scene(Case):
 
     async def test_step(self):
         simulator = self.simulator()
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             await browser.send('step')
             self.assertEqual(await browser.reply(), 'paused by client')
             self.assertEqual(state_of(browser.received[-2])['time'], 32)
@@ -315,9 +315,7 @@ class Scene(Case):
 
     async def test_an_unknown_world_is_only_logged(self):
         simulator = self.simulator()
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             for name in ('load:missing.wbt', 'load:', 'load:..', 'load:../webots.yml'):
                 await browser.send(name)
             await browser.send('pause')
@@ -326,10 +324,7 @@ class Scene(Case):
 
     async def test_state_changes_are_not_told_to_other_clients(self):
         simulator = self.simulator()
-        async with connect(simulator) as first, connect(simulator) as second:
-            browser, other = Browser(first), Browser(second)
-            await self.join(browser)
-            await self.join(other)
+        async with self.joined(simulator) as browser, self.joined(simulator) as other:
             await browser.send('real-time:-1')
             await browser.until('real-time')
             await browser.send('pause')
@@ -341,16 +336,12 @@ class Scene(Case):
 
     async def test_console_lines_reach_those_who_join_later_too(self):
         simulator = self.simulator('--stdout')
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             await browser.send('fast:60000')
             line = await browser.until('stdout:')
             self.assertRegex(line, r'^stdout:robot (blue|red|green|yellow): [a-z ]+ ahead$')
             await browser.until('pause: ')
-            async with connect(simulator) as second:
-                other = Browser(second)
-                await self.join(other)
+            async with self.joined(simulator) as other:
                 self.assertRegex(await other.receive(), r'^stdout:robot ')
         simulator.lines_until(line.removeprefix('stdout:').encode())
 
@@ -363,9 +354,7 @@ class Scene(Case):
             simulator = self.simulator('--stream', world=world.name, environment={'USER': user})
         robots = f'/tmp/webots/{user}/{simulator.port}/ipc'
         self.assertEqual(os.listdir(robots), ['participant'])
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             for said in ('first', 'second'):  # the next one, when the first has left
                 with socket.socket(socket.AF_UNIX) as controller:
                     controller.connect(f'{robots}/participant/extern')
@@ -374,9 +363,7 @@ class Scene(Case):
 
     async def test_messages_for_robots(self):
         simulator = self.simulator()
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             for text in ('robot:blue:hello', 'robot:{"name":"blue","message":"hello"}'):
                 await browser.send(text)
                 self.assertEqual(await browser.receive(), 'robot: {"message":"received hello","name":"blue"}')
@@ -394,9 +381,7 @@ class Scene(Case):
             await browser.send('step')
             return state_of(await browser.until('application/json:'))['updates']
 
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             await browser.send('get controller:avoid_walls')
             head, _, text = (await browser.until('set controller:')).partition('\n')
             self.assertEqual(head, f'set controller:avoid_walls/avoid_walls.py:{len(text.splitlines())}')
@@ -418,9 +403,7 @@ class Scene(Case):
 
     async def test_nobody_edits_without_leave(self):
         simulator = self.simulator()
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             for text in ('get controller:avoid_walls', 'set controller:avoid_walls/avoid_walls.py:1\nCRUISE = 0'):
                 await browser.send(text)
             await browser.send('step')
@@ -525,9 +508,7 @@ class Mjpeg(Case):
 
     async def test_pictures_differ_while_it_runs_and_times_advance(self):
         simulator = self.simulator('--stream=mjpeg')
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             with Pictures(simulator) as pictures:
                 await browser.send('real-time:-1')
                 jpegs = [await pictures.next_soon() for _ in range(12)]
@@ -540,9 +521,7 @@ class Mjpeg(Case):
 
     async def test_while_paused_each_picture_comes_twice_and_nothing_follows(self):
         simulator = self.simulator('--stream=mjpeg', '--heartbeat=30')
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             with Pictures(simulator) as pictures:
                 first = await pictures.next_soon()
                 self.assertEqual(await pictures.next_soon(), first)
@@ -572,10 +551,7 @@ class Mjpeg(Case):
 
     async def test_resize_and_its_limits(self):
         simulator = self.simulator('--stream=mjpeg')
-        async with connect(simulator) as first, connect(simulator) as second:
-            browser, other = Browser(first), Browser(second)
-            await self.join(browser)
-            await self.join(other)
+        async with self.joined(simulator) as browser, self.joined(simulator) as other:
             for asked, given in (('200x100', (200, 100)), ('1x1', (32, 32)), ('99999x99999', (1920, 1200)), ('641x479', (641, 479))):
                 await browser.send(f'resize: {asked}')
                 answer = f'resize: {given[0]} {given[1]}'
@@ -589,9 +565,7 @@ class Mjpeg(Case):
 
     async def test_the_mouse_turns_the_view(self):
         simulator = self.simulator('--stream=mjpeg')
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             with Pictures(simulator) as pictures:
                 before = await pictures.next_soon()
                 await pictures.next_soon()
@@ -605,9 +579,7 @@ class Mjpeg(Case):
 
     async def test_controls_and_reset(self):
         simulator = self.simulator('--stream=mjpeg')
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser)
+        async with self.joined(simulator) as browser:
             await browser.send('step')
             self.assertEqual(await browser.reply(), 'paused by client')
             await browser.send('reset')
@@ -624,9 +596,7 @@ class Mjpeg(Case):
 
     async def test_a_reader_that_does_not_read_stops_nobody(self):
         simulator = self.simulator('--stream=mjpeg')
-        async with connect(simulator) as ws:
-            browser = Browser(ws)
-            await self.join(browser, '1920x1200')
+        async with self.joined(simulator, '1920x1200') as browser:
             # Sixty pictures are more than the kernel keeps for a peer that does not read them.
             with Pictures(simulator) as reader, Pictures(simulator, receive_buffer=4096):
                 await browser.send('real-time:-1')

@@ -23,6 +23,17 @@ BOOST_AUTO_TEST_SUITE(tunnels)
 
 namespace {
 
+/// As much, or all there is until the other side ends.
+std::string read_tls(SSL* tls, std::size_t size)
+{
+    std::string text(size, '\0');
+    std::size_t got = 0;
+    for (int part = 1; got < size && part > 0; got += static_cast<std::size_t>(std::max(part, 0)))
+        part = SSL_read(tls, text.data() + got, static_cast<int>(size - got));
+    text.resize(got);
+    return text;
+}
+
 constexpr std::size_t far_too_much = 200'000'000; // for what the kernel buffers between two programs
 
 /// How many bytes are relayed at most before others have their turn.
@@ -113,15 +124,7 @@ public:
         return info[place];
     }
 
-    std::string read(std::size_t size)
-    {
-        std::string text(size, '\0');
-        std::size_t got = 0;
-        for (int part = 1; got < size && part > 0; got += static_cast<std::size_t>(std::max(part, 0)))
-            part = SSL_read(tls_, text.data() + got, static_cast<int>(size - got));
-        text.resize(got);
-        return text;
-    }
+    std::string read(std::size_t size) { return read_tls(tls_, size); }
 
     adapters::NetworkStream::Released server;
 
@@ -152,15 +155,7 @@ public:
 
     void say(std::string_view bytes) { SSL_write(tls_, bytes.data(), static_cast<int>(bytes.size())); }
 
-    std::string read(std::size_t size)
-    {
-        std::string text(size, '\0');
-        std::size_t got = 0;
-        for (int part = 1; got < size && part > 0; got += static_cast<std::size_t>(std::max(part, 0)))
-            part = SSL_read(tls_, text.data() + got, static_cast<int>(size - got));
-        text.resize(got);
-        return text;
-    }
+    std::string read(std::size_t size) { return read_tls(tls_, size); }
 
     std::string read_to(std::string_view end)
     {

@@ -259,148 +259,39 @@ BOOST_AUTO_TEST_CASE(a_simulation_learns_nothing_of_its_visitor)
 /// Every name that Beast knows, which has IANA's registries of 2016, and what has come since.
 std::vector<std::string> known_names()
 {
-    std::vector<std::string> names{"Accept-CH",
-                                   "Accept-Signature",
-                                   "Access-Control-Allow-Private-Network",
-                                   "Access-Control-Request-Private-Network",
-                                   "Activate-Storage-Access",
-                                   "ALPN",
-                                   "Alt-Svc",
-                                   "Alt-Used",
-                                   "AMP-Cache-Transform",
-                                   "Attribution-Reporting-Eligible",
-                                   "Attribution-Reporting-Register-Source",
-                                   "Attribution-Reporting-Register-Trigger",
-                                   "Authentication-Control",
-                                   "Available-Dictionary",
-                                   "Cache-Group-Invalidation",
-                                   "Cache-Groups",
-                                   "Cache-Status",
-                                   "Capsule-Protocol",
-                                   "CDN-Cache-Control",
-                                   "CDN-Loop",
-                                   "Cert-Not-After",
-                                   "Cert-Not-Before",
-                                   "Clear-Site-Data",
-                                   "Client-Cert",
-                                   "Client-Cert-Chain",
-                                   "Concealed-Auth-Export",
-                                   "Configuration-Context",
-                                   "Content-Digest",
-                                   "Content-DPR",
-                                   "Content-Security-Policy",
-                                   "Content-Security-Policy-Report-Only",
-                                   "Critical-CH",
-                                   "Cross-Origin-Embedder-Policy",
-                                   "Cross-Origin-Embedder-Policy-Report-Only",
-                                   "Cross-Origin-Opener-Policy",
-                                   "Cross-Origin-Opener-Policy-Report-Only",
-                                   "Cross-Origin-Resource-Policy",
-                                   "Deprecation",
-                                   "Device-Memory",
-                                   "Dictionary-ID",
-                                   "Digest",
-                                   "DNT",
-                                   "Document-Policy",
-                                   "Downlink",
-                                   "DPoP",
-                                   "DPoP-Nonce",
-                                   "DPR",
-                                   "Early-Data",
-                                   "ECT",
-                                   "Expect-CT",
-                                   "Feature-Policy",
-                                   "Front-End-Https",
-                                   "Incremental",
-                                   "Integrity-Policy",
-                                   "Integrity-Policy-Report-Only",
-                                   "Isolation",
-                                   "Last-Event-ID",
-                                   "Link-Template",
-                                   "Memento-Datetime",
-                                   "Metadata-Flavor",
-                                   "NEL",
-                                   "No-Vary-Search",
-                                   "Observe-Browsing-Topics",
-                                   "Odata-Isolation",
-                                   "Origin-Agent-Cluster",
-                                   "OSCORE",
-                                   "Permissions-Policy",
-                                   "Permissions-Policy-Report-Only",
-                                   "Ping-From",
-                                   "Ping-To",
-                                   "Priority",
-                                   "Proxy-Status",
-                                   "Purpose",
-                                   "Referrer-Policy",
-                                   "Refresh",
-                                   "Repeatability-Request-ID",
-                                   "Replay-Nonce",
-                                   "Report-To",
-                                   "Reporting-Endpoints",
-                                   "Repr-Digest",
-                                   "Require-Document-Policy",
-                                   "RTT",
-                                   "Save-Data",
-                                   "Sec-Browsing-Topics",
-                                   "Sec-CH-UA",
-                                   "Sec-CH-UA-Full-Version-List",
-                                   "Sec-CH-UA-Mobile",
-                                   "Sec-CH-UA-Platform",
-                                   "Sec-Fetch-Dest",
-                                   "Sec-Fetch-Mode",
-                                   "Sec-Fetch-Site",
-                                   "Sec-Fetch-Storage-Access",
-                                   "Sec-Fetch-User",
-                                   "Sec-GPC",
-                                   "Sec-Purpose",
-                                   "Sec-Speculation-Tags",
-                                   "Sec-Token-Binding",
-                                   "Server-Timing",
-                                   "Service-Worker",
-                                   "Service-Worker-Allowed",
-                                   "Set-Cookie2",
-                                   "Set-Login",
-                                   "Set-Txn",
-                                   "Shared-Storage-Writable",
-                                   "Signature",
-                                   "Signature-Input",
-                                   "SourceMap",
-                                   "Speculation-Rules",
-                                   "Sunset",
-                                   "Supports-Loading-Mode",
-                                   "Surrogate-Capability",
-                                   "Surrogate-Control",
-                                   "TCN",
-                                   "Timing-Allow-Origin",
-                                   "Topics",
-                                   "Traceparent",
-                                   "Tracestate",
-                                   "Upgrade-Insecure-Requests",
-                                   "Use-As-Dictionary",
-                                   "Variant-Vary",
-                                   "Viewport-Width",
-                                   "Want-Content-Digest",
-                                   "Want-Repr-Digest",
-                                   "Webots-Cloud-Address",
-                                   "X-Accel-Redirect",
-                                   "X-Content-Type-Options",
-                                   "Access-Control-Expose-Headers",
-                                   "X-DNS-Prefetch-Control",
-                                   "X-Forwarded-For",
-                                   "X-Forwarded-Host",
-                                   "X-Forwarded-Prefix",
-                                   "X-Forwarded-Proto",
-                                   "X-Frame-Options",
-                                   "X-HTTP-Method-Override",
-                                   "X-Original-URL",
-                                   "X-Permitted-Cross-Domain-Policies",
-                                   "X-Real-IP",
-                                   "X-Requested-With",
-                                   "X-Robots-Tag",
-                                   "X-Sendfile",
-                                   "X-UA-Compatible",
-                                   "X-XSS-Protection"};
+    std::vector<std::string> names;
+    for (auto const name : core::split(
+             "Accept-CH Accept-Signature Access-Control-Allow-Private-Network "
+             "Access-Control-Request-Private-Network Activate-Storage-Access ALPN Alt-Svc Alt-Used "
+             "AMP-Cache-Transform Attribution-Reporting-Eligible Attribution-Reporting-Register-Source "
+             "Attribution-Reporting-Register-Trigger Authentication-Control Available-Dictionary "
+             "Cache-Group-Invalidation Cache-Groups Cache-Status Capsule-Protocol CDN-Cache-Control "
+             "CDN-Loop Cert-Not-After Cert-Not-Before Clear-Site-Data Client-Cert Client-Cert-Chain "
+             "Concealed-Auth-Export Configuration-Context Content-Digest Content-DPR "
+             "Content-Security-Policy Content-Security-Policy-Report-Only Critical-CH "
+             "Cross-Origin-Embedder-Policy Cross-Origin-Embedder-Policy-Report-Only "
+             "Cross-Origin-Opener-Policy Cross-Origin-Opener-Policy-Report-Only "
+             "Cross-Origin-Resource-Policy Deprecation Device-Memory Dictionary-ID Digest DNT "
+             "Document-Policy Downlink DPoP DPoP-Nonce DPR Early-Data ECT Expect-CT Feature-Policy "
+             "Front-End-Https Incremental Integrity-Policy Integrity-Policy-Report-Only Isolation "
+             "Last-Event-ID Link-Template Memento-Datetime Metadata-Flavor NEL No-Vary-Search "
+             "Observe-Browsing-Topics Odata-Isolation Origin-Agent-Cluster OSCORE Permissions-Policy "
+             "Permissions-Policy-Report-Only Ping-From Ping-To Priority Proxy-Status Purpose "
+             "Referrer-Policy Refresh Repeatability-Request-ID Replay-Nonce Report-To Reporting-Endpoints "
+             "Repr-Digest Require-Document-Policy RTT Save-Data Sec-Browsing-Topics Sec-CH-UA "
+             "Sec-CH-UA-Full-Version-List Sec-CH-UA-Mobile Sec-CH-UA-Platform Sec-Fetch-Dest "
+             "Sec-Fetch-Mode Sec-Fetch-Site Sec-Fetch-Storage-Access Sec-Fetch-User Sec-GPC Sec-Purpose "
+             "Sec-Speculation-Tags Sec-Token-Binding Server-Timing Service-Worker Service-Worker-Allowed "
+             "Set-Cookie2 Set-Login Set-Txn Shared-Storage-Writable Signature Signature-Input SourceMap "
+             "Speculation-Rules Sunset Supports-Loading-Mode Surrogate-Capability Surrogate-Control TCN "
+             "Timing-Allow-Origin Topics Traceparent Tracestate Upgrade-Insecure-Requests "
+             "Use-As-Dictionary Variant-Vary Viewport-Width Want-Content-Digest Want-Repr-Digest "
+             "Webots-Cloud-Address X-Accel-Redirect X-Content-Type-Options Access-Control-Expose-Headers "
+             "X-DNS-Prefetch-Control X-Forwarded-For X-Forwarded-Host X-Forwarded-Prefix X-Forwarded-Proto "
+             "X-Frame-Options X-HTTP-Method-Override X-Original-URL X-Permitted-Cross-Domain-Policies "
+             "X-Real-IP X-Requested-With X-Robots-Tag X-Sendfile X-UA-Compatible X-XSS-Protection",
+             ' '))
+        names.emplace_back(name);
     using boost::beast::http::field;
     for (auto each = static_cast<unsigned>(field::a_im); each <= static_cast<unsigned>(field::xref); ++each)
         names.emplace_back(boost::beast::http::to_string(static_cast<field>(each)));

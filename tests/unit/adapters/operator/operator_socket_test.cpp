@@ -6,7 +6,6 @@
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 
 #include <linux/sched.h>
@@ -23,6 +22,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <string_view>
 
 using namespace webots_cloud;
@@ -65,6 +65,27 @@ struct Folder
     ~Folder() { fs::remove_all(path); }
 
     fs::path path;
+};
+
+/// A socket in a folder of its own.
+struct Fixture
+{
+    Fixture() { BOOST_TEST_REQUIRE(server->listen().has_value()); }
+
+    void run()
+    {
+        auto const at_end = [this](std::exception_ptr, result<> const&) { ended = true; };
+        asio::co_spawn(context, server->run(endpoint), asio::bind_cancellation_slot(stop.slot(), at_end));
+    }
+
+    Folder const folder;
+    fs::path const path = folder.path / "operator.sock";
+    testing::RecordingLog log;
+    Counter endpoint;
+    bool ended = false;
+    asio::io_context context;
+    asio::cancellation_signal stop;
+    std::unique_ptr<OperatorSocket> server = make_operator_socket(context.get_executor(), path, log.logger());
 };
 
 constexpr std::string_view drain = "POST /api/drain HTTP/1.1\r\nHost: x\r\n\r\n";
@@ -142,18 +163,12 @@ bool connect_elsewhere(fs::path const& path, int const (&life)[2])
 
 BOOST_AUTO_TEST_CASE(a_simulation_does_not_pass_for_a_process_that_has_got_the_number_of_its_own)
 {
-    Folder const folder;
-    asio::io_context context;
-    testing::RecordingLog log;
-    Counter endpoint;
-    auto const path = folder.path / "operator.sock";
-    auto const server = make_operator_socket(context.get_executor(), path, log.logger());
-    BOOST_TEST_REQUIRE(server->listen().has_value());
+    Fixture f;
 
     int const connection = ::socket(AF_UNIX, SOCK_STREAM, 0);
     auto const simulation = ::fork(); // what we start counts as a simulation
     if (simulation == 0)
-        ::_exit(ask_at(connection, path) ? 0 : 1);
+        ::_exit(ask_at(connection, f.path) ? 0 : 1);
     int status = -1;
     ::waitpid(simulation, &status, 0);
     BOOST_TEST_REQUIRE(status == 0);
@@ -163,12 +178,12 @@ BOOST_AUTO_TEST_CASE(a_simulation_does_not_pass_for_a_process_that_has_got_the_n
         BOOST_TEST_MESSAGE("skipped: the number of a process can't be chosen here");
         return;
     }
-    asio::co_spawn(context, server->run(endpoint), asio::detached);
+    f.run();
     auto const deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-    while (endpoint.requests == 0 && log.lines.empty() && std::chrono::steady_clock::now() < deadline)
-        context.run_one_for(std::chrono::seconds(1));
-    BOOST_TEST(endpoint.requests == 0);
-    BOOST_TEST(log.contains("belongs to a simulation, or has ended"));
+    while (f.endpoint.requests == 0 && f.log.lines.empty() && std::chrono::steady_clock::now() < deadline)
+        f.context.run_one_for(std::chrono::seconds(1));
+    BOOST_TEST(f.endpoint.requests == 0);
+    BOOST_TEST(f.log.contains("belongs to a simulation, or has ended"));
     ::close(connection);
     ::close(life[0]);
     ::close(life[1]);
@@ -177,30 +192,21 @@ BOOST_AUTO_TEST_CASE(a_simulation_does_not_pass_for_a_process_that_has_got_the_n
 // The cancellation ends the wait for the request; it must not be forgotten then.
 BOOST_AUTO_TEST_CASE(a_server_that_is_stopped_while_somebody_is_connected_accepts_nobody_else)
 {
-    Folder const folder;
-    asio::io_context context;
-    testing::RecordingLog log;
-    Counter endpoint;
-    auto const path = folder.path / "operator.sock";
-    auto const server = make_operator_socket(context.get_executor(), path, log.logger());
-    BOOST_TEST_REQUIRE(server->listen().has_value());
+    Fixture f;
     int life[2];
     BOOST_TEST_REQUIRE(::pipe(life) == 0);
-    bool const connected = connect_elsewhere(path, life);
+    bool const connected = connect_elsewhere(f.path, life);
     BOOST_TEST_REQUIRE(connected);
 
-    asio::cancellation_signal stop;
-    bool ended = false;
-    auto const at_end = [&ended](std::exception_ptr, result<> const&) { ended = true; };
-    asio::co_spawn(context, server->run(endpoint), asio::bind_cancellation_slot(stop.slot(), at_end));
-    context.poll(); // it is connected already: now the server waits for its request
-    BOOST_TEST(log.lines.empty());
-    stop.emit(asio::cancellation_type::terminal);
-    context.restart();
+    f.run();
+    f.context.poll(); // it is connected already: now the server waits for its request
+    BOOST_TEST(f.log.lines.empty());
+    f.stop.emit(asio::cancellation_type::terminal);
+    f.context.restart();
     auto const deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (!ended && std::chrono::steady_clock::now() < deadline)
-        context.run_one_for(std::chrono::seconds(1));
-    BOOST_TEST(ended);
+    while (!f.ended && std::chrono::steady_clock::now() < deadline)
+        f.context.run_one_for(std::chrono::seconds(1));
+    BOOST_TEST(f.ended);
     ::close(life[0]);
     ::close(life[1]);
 }
@@ -212,18 +218,9 @@ BOOST_AUTO_TEST_CASE(a_connection_that_can_not_be_accepted_ends_nothing)
         BOOST_TEST_MESSAGE("skipped: the sanitizers need descriptors themselves, to look at objects");
         return;
     }
-    Folder const folder;
-    asio::io_context context;
-    testing::RecordingLog log;
-    Counter endpoint;
-    auto const path = folder.path / "operator.sock";
-    auto const server = make_operator_socket(context.get_executor(), path, log.logger());
-    BOOST_TEST_REQUIRE(server->listen().has_value());
-    asio::cancellation_signal stop;
-    bool ended = false;
-    auto const at_end = [&ended](std::exception_ptr, result<> const&) { ended = true; };
-    asio::co_spawn(context, server->run(endpoint), asio::bind_cancellation_slot(stop.slot(), at_end));
-    context.poll();
+    Fixture f;
+    f.run();
+    f.context.poll();
 
     int const connection = ::socket(AF_UNIX, SOCK_STREAM, 0);
     rlimit usual{};
@@ -231,19 +228,19 @@ BOOST_AUTO_TEST_CASE(a_connection_that_can_not_be_accepted_ends_nothing)
     auto none = usual;
     none.rlim_cur = 0;
     BOOST_TEST_REQUIRE(::setrlimit(RLIMIT_NOFILE, &none) == 0);
-    bool const is_connected = connect_to(connection, path);
-    context.restart();
-    context.run_one();
-    context.poll();
+    bool const is_connected = connect_to(connection, f.path);
+    f.context.restart();
+    f.context.run_one();
+    f.context.poll();
     ::setrlimit(RLIMIT_NOFILE, &usual);
     BOOST_TEST(is_connected);
-    BOOST_TEST(log.contains("Can't accept a connection to the operator's socket: "));
-    BOOST_TEST(!ended);
+    BOOST_TEST(f.log.contains("Can't accept a connection to the operator's socket: "));
+    BOOST_TEST(!f.ended);
 
-    stop.emit(asio::cancellation_type::terminal);
-    context.restart();
-    context.run_for(std::chrono::seconds(10));
-    BOOST_TEST(ended);
+    f.stop.emit(asio::cancellation_type::terminal);
+    f.context.restart();
+    f.context.run_for(std::chrono::seconds(10));
+    BOOST_TEST(f.ended);
     ::close(connection);
 }
 

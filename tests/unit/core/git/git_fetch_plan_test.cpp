@@ -117,22 +117,28 @@ struct Stop
     std::string_view next;
 };
 
+/// What is asked for, what is known of the server, and what is done first.
+struct Beginning
+{
+    std::string_view address;
+    GitServerFacts facts;
+    std::string_view first;
+};
+
 /// One fetch: where it begins, and every stop on its way.
 struct Row
 {
     std::string_view name;
-    std::string_view address;
-    GitServerFacts facts;
-    std::string_view first;
+    Beginning beginning;
     std::vector<Stop> stops;
 };
 
 void check(std::vector<Row> const& rows)
 {
     for (auto const& row : rows) {
-        GitFetchPlan plan(project(row.address));
-        auto action = plan.start(row.facts);
-        BOOST_TEST(words(action) == row.first, row.name << ": begins with " << words(action));
+        GitFetchPlan plan(project(row.beginning.address));
+        auto action = plan.start(row.beginning.facts);
+        BOOST_TEST(words(action) == row.beginning.first, row.name << ": begins with " << words(action));
         std::size_t number = 0;
         for (auto const& stop : row.stops) {
             BOOST_REQUIRE_MESSAGE(!is_end(action), row.name << ": ends early, with " << words(action));
@@ -222,6 +228,13 @@ std::vector<Stop> after_look_up(std::vector<Stop> stops)
     return all;
 }
 
+/// The same for one whose download has begun.
+std::vector<Stop> downloading(std::string_view what, std::vector<Stop> stops)
+{
+    stops.insert(stops.begin(), {{Turn(), "begin v2"}, {Begun(), what}});
+    return after_look_up(std::move(stops));
+}
+
 /// The same for a commit that no branch points to.
 std::vector<Stop> after_unknown_commit(std::vector<Stop> stops)
 {
@@ -234,6 +247,10 @@ std::vector<Stop> after_unknown_commit(std::vector<Stop> stops)
 GitServerFacts const nothing;
 GitServerFacts const missing{true, std::nullopt};
 std::string const commit_in_folder = commit_1 + "/a/b";
+Beginning const of_main{"main", nothing, "list refs"};
+Beginning const of_folder{"main/a", nothing, "list refs"};
+Beginning const of_commit{commit_1, nothing, "find commit"};
+Beginning const of_folder_of_commit{commit_in_folder, nothing, "find commit"};
 constexpr std::string_view unreachable =
     "fail: https://forge.example can't be reached: words. Try again later.";
 constexpr std::string_view says_words = "fail: https://forge.example: words.";
@@ -255,35 +272,25 @@ constexpr std::string_view not_looked_for = "fail: Commit 000100000000 of ann/ro
 BOOST_AUTO_TEST_CASE(the_address_is_resolved_and_looked_for_in_the_cache)
 {
     check({
-        {"hit", "main", nothing, "list refs", {{refs(), "find"}, {CacheHit(), "done"}}},
-        {"miss", "main", nothing, "list refs", {{refs(), "find"}, {CacheMiss(), "wait"}}},
+        {"hit", of_main, {{refs(), "find"}, {CacheHit(), "done"}}},
+        {"miss", of_main, {{refs(), "find"}, {CacheMiss(), "wait"}}},
         {"known to be missing",
-         "main",
-         missing,
-         "fail: Repository ann/robots does not exist or is private.",
+         Beginning{"main", missing, "fail: Repository ann/robots does not exist or is private."},
          {}},
         {"no such ref",
-         "dev",
-         nothing,
-         "list refs",
+         Beginning{"dev", nothing, "list refs"},
          {{refs(), "forget"}, {Done(), "fail: Repository ann/robots has no branch or tag \"dev\"."}}},
         {"a commit in the cache is the repository's own",
-         commit_1,
-         nothing,
-         "find commit",
+         of_commit,
          {{CacheHit(), "find"}, {CacheHit(), "done"}}},
         {"its folder is not there",
-         commit_in_folder,
-         nothing,
-         "find commit",
+         of_folder_of_commit,
          {{CacheHit(), "find"},
           {CacheMiss(), "wait"},
           {Turn(), "begin v2"},
           {Begun(), "fetch commit without files"}}},
         {"a commit that a branch points to",
-         commit_1,
-         nothing,
-         "find commit",
+         of_commit,
          {{CacheMiss(), "list refs all"},
           {refs(), "find"},
           {CacheMiss(), "wait"},
@@ -296,39 +303,17 @@ BOOST_AUTO_TEST_CASE(a_server_that_can_not_be_asked_is_replaced_by_the_cache)
 {
     for (auto const kind : {GitProblem::unreachable, GitProblem::timed_out})
         check({
-            {"in the cache",
-             "main",
-             nothing,
-             "list refs",
-             {{problem(kind), "find last"}, {CacheHit(), stale}}},
-            {"not there",
-             "main",
-             nothing,
-             "list refs",
-             {{problem(kind), "find last"}, {CacheMiss(), unreachable}}},
+            {"in the cache", of_main, {{problem(kind), "find last"}, {CacheHit(), stale}}},
+            {"not there", of_main, {{problem(kind), "find last"}, {CacheMiss(), unreachable}}},
         });
     check({
         {"our own deadline",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{sentence(errc::timed_out), "find last"}, {CacheMiss(), "fail: A sentence."}}},
-        {"aborted", "main", nothing, "list refs", {{aborted(), "fail: aborted"}}},
-        {"no memory for the refs",
-         "main",
-         nothing,
-         "list refs",
-         {{sentence(errc::unavailable), "fail: A sentence."}}},
-        {"too many refs",
-         "main",
-         nothing,
-         "list refs",
-         {{problem(GitProblem::too_many_refs), no_repository}}},
-        {"refs without end",
-         "main",
-         nothing,
-         "list refs",
-         {{problem(GitProblem::answer_too_large), says_words}}},
+        {"aborted", of_main, {{aborted(), "fail: aborted"}}},
+        {"no memory for the refs", of_main, {{sentence(errc::unavailable), "fail: A sentence."}}},
+        {"too many refs", of_main, {{problem(GitProblem::too_many_refs), no_repository}}},
+        {"refs without end", of_main, {{problem(GitProblem::answer_too_large), says_words}}},
     });
 }
 
@@ -336,58 +321,42 @@ BOOST_AUTO_TEST_CASE(capabilities_are_asked_for_when_the_refs_are_not_understood
 {
     check({
         {"an old server",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{problem(GitProblem::malformed), "ask"},
           {offered(false, true, false), "remember old unfiltered"},
           {Done(), "list refs old"},
           {refs(), "find"}}},
         {"an old server behind another address",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{problem(GitProblem::no_such_repository), "ask"},
           {offered(false, false, false), "remember old deep unfiltered"},
           {Done(), "list refs old"}}},
         {"a new one that makes mistakes",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{problem(GitProblem::malformed), "ask"},
           {offered(true, true, true), "find last"},
           {CacheMiss(), says_words}}},
         {"SHA-256",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{problem(GitProblem::malformed), "ask"}, {problem(GitProblem::unknown_format), no_repository}}},
         {"it has stopped answering",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{problem(GitProblem::malformed), "ask"},
           {problem(GitProblem::unreachable), "find last"},
           {CacheMiss(), says_words}}},
         {"no such repository",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{problem(GitProblem::no_such_repository), "ask"},
           {problem(GitProblem::no_such_repository), "remember missing"},
           {Done(), "forget"},
           {Done(), "fail: Repository ann/robots does not exist or is private."}}},
         {"a new server without it",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{problem(GitProblem::no_such_repository), "ask"},
           {offered(true, true, true), "remember missing"},
           {Done(), "forget"}}},
         {"missing, or is it?",
-         "main",
-         nothing,
-         "list refs",
+         of_main,
          {{problem(GitProblem::no_such_repository), "ask"},
           {problem(GitProblem::unreachable), "find last"},
           {CacheMiss(), unreachable}}},
@@ -399,25 +368,19 @@ BOOST_AUTO_TEST_CASE(what_is_known_of_a_server_is_not_asked_again)
     auto const old = known(false, true, false);
     auto const current = known(true, true, false);
     check({
-        {"old", "main", old, "list refs old", {{refs(), "find"}}},
+        {"old", Beginning{"main", old, "list refs old"}, {{refs(), "find"}}},
         {"old, without the repository",
-         "main",
-         old,
-         "list refs old",
+         Beginning{"main", old, "list refs old"},
          {{problem(GitProblem::no_such_repository), "remember missing"},
           {Done(), "forget"},
           {Done(), "fail: Repository ann/robots does not exist or is private."}}},
         {"old, malformed",
-         "main",
-         old,
-         "list refs old",
+         Beginning{"main", old, "list refs old"},
          {{problem(GitProblem::malformed), "find last"}, {CacheHit(), stale}}},
         {"current, malformed",
-         "main",
-         current,
-         "list refs",
+         Beginning{"main", current, "list refs"},
          {{problem(GitProblem::malformed), "find last"}, {CacheMiss(), says_words}}},
-        {"learned while it waited", "main/a", nothing, "list refs",
+        {"learned while it waited", of_folder,
          after_look_up({{Turn{offer(true, true, false)}, "begin v2 unfiltered"}, {Begun(), "fetch commit"}})},
     });
 }
@@ -425,39 +388,33 @@ BOOST_AUTO_TEST_CASE(what_is_known_of_a_server_is_not_asked_again)
 BOOST_AUTO_TEST_CASE(a_download_fetches_no_more_than_is_needed)
 {
     check({
-        {"a whole repository", "main", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {PackReceived(), "lay out"},
-                        {laid_out(0), "fetch files"},
-                        {PackReceived(), "unpack"},
-                        {Done(), "find large files"},
-                        {Done(), "publish"},
-                        {Done(), "done"}})},
-        {"with large files", "main", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {PackReceived(), "lay out"},
-                        {laid_out(0), "fetch files"},
-                        {PackReceived(), "unpack"},
-                        {Done(), "find large files"},
-                        {PointersFound(), "fetch large files"},
-                        {Done(), "publish"},
-                        {Done(), "done"}})},
-        {"a folder", "main/a/b", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit without files"},
-                        {PackReceived(), "lay out"},
-                        {laid_out(), "fetch files"},
-                        {PackReceived(), "unpack"}})},
-        {"another folder is in the cache", "main", nothing, "list refs",
+        {"a whole repository", of_main,
+         downloading("fetch commit", {{PackReceived(), "lay out"},
+                                      {laid_out(0), "fetch files"},
+                                      {PackReceived(), "unpack"},
+                                      {Done(), "find large files"},
+                                      {Done(), "publish"},
+                                      {Done(), "done"}})},
+        {"with large files", of_main,
+         downloading("fetch commit", {{PackReceived(), "lay out"},
+                                      {laid_out(0), "fetch files"},
+                                      {PackReceived(), "unpack"},
+                                      {Done(), "find large files"},
+                                      {PointersFound(), "fetch large files"},
+                                      {Done(), "publish"},
+                                      {Done(), "done"}})},
+        {"a folder", Beginning{"main/a/b", nothing, "list refs"},
+         downloading("fetch commit without files",
+                     {{PackReceived(), "lay out"}, {laid_out(), "fetch files"}, {PackReceived(), "unpack"}})},
+        {"another folder is in the cache", of_main,
          after_look_up({{Turn(), "begin v2"}, {Begun{true}, "fetch commit without files"}})},
-        {"without filters", "main/a/b", known(true, true, false), "list refs",
+        {"without filters", Beginning{"main/a/b", known(true, true, false), "list refs"},
          after_look_up(
              {{Turn{offer(true, true, false)}, "begin v2 unfiltered"}, {Begun{true}, "fetch commit"}})},
-        {"with its history", "main", known(true, false, true), "list refs",
+        {"with its history", Beginning{"main", known(true, false, true), "list refs"},
          after_look_up({{Turn{offer(true, false, true)}, "begin v2 deep"}, {Begun(), "fetch commit deep"}})},
-        {"an old server sends all there is", "main/a/b", known(false, true, false), "list refs old",
+        {"an old server sends all there is",
+         Beginning{"main/a/b", known(false, true, false), "list refs old"},
          after_look_up({{Turn{offer(false, true, false)}, "begin old unfiltered"},
                         {Begun{true}, "fetch commit"},
                         {PackReceived(), "lay out"},
@@ -468,71 +425,65 @@ BOOST_AUTO_TEST_CASE(a_download_fetches_no_more_than_is_needed)
 BOOST_AUTO_TEST_CASE(whose_a_commit_is_is_known_before_its_files_travel)
 {
     check({
-        {"a whole repository", commit_1, nothing, "find commit",
+        {"a whole repository", of_commit,
          after_unknown_commit({{Begun(), "fetch history"},
                                {PackReceived(), "search history"},
                                {InHistory(), "fetch commit"},
                                {PackReceived(), "lay out"},
                                {laid_out(), "fetch files"}})},
-        {"somebody else's", commit_1, nothing, "find commit",
+        {"somebody else's", of_commit,
          after_unknown_commit({{Begun(), "fetch history"},
                                {PackReceived(), "search history"},
                                {NotInHistory(), on_no_branch}})},
-        {"a folder, together with its files", commit_in_folder, nothing, "find commit",
+        {"a folder, together with its files", of_folder_of_commit,
          after_unknown_commit({{Begun(), "fetch commit without files"},
                                {PackReceived(), "lay out"},
                                {laid_out(), "fetch history and files"},
                                {PackReceived(), "search history"},
                                {InHistory(), "fetch files"},
                                {PackReceived(), "unpack"}})},
-        {"a folder whose files are all there", commit_in_folder, nothing, "find commit",
+        {"a folder whose files are all there", of_folder_of_commit,
          after_unknown_commit({{Begun(), "fetch commit without files"},
                                {PackReceived(), "lay out"},
                                {laid_out(0), "fetch history"}})},
-        {"too many files for one request", commit_in_folder, nothing, "find commit",
+        {"too many files for one request", of_folder_of_commit,
          after_unknown_commit({{Begun(), "fetch commit without files"},
                                {PackReceived(), "lay out"},
                                {laid_out(max_git_wants - 1), "fetch history"}})},
-        {"not both at once", commit_in_folder, nothing, "find commit",
+        {"not both at once", of_folder_of_commit,
          after_unknown_commit({{Begun(), "fetch commit without files"},
                                {PackReceived(), "lay out"},
                                {laid_out(), "fetch history and files"},
                                {not_understood(GitProblem::object_not_advertised), "fetch history"},
                                {PackReceived(), "search history"},
                                {InHistory(), "fetch files"}})},
-        {"the server can't filter folders", commit_1, nothing, "find commit",
+        {"the server can't filter folders", of_commit,
          after_unknown_commit(
              {{Begun(), "fetch history"}, {not_understood(GitProblem::filter_not_supported), not_newest}})},
-        {"a history without end", commit_1, nothing, "find commit",
+        {"a history without end", of_commit,
          after_unknown_commit({{Begun(), "fetch history"}, {sentence(errc::too_large), not_looked_for}})},
-        {"the server goes away", commit_1, nothing, "find commit",
+        {"the server goes away", of_commit,
          after_unknown_commit({{Begun(), "fetch history"}, {problem(GitProblem::unreachable), unreachable}})},
-        {"the search takes too long", commit_1, nothing, "find commit",
+        {"the search takes too long", of_commit,
          after_unknown_commit({{Begun(), "fetch history"},
                                {PackReceived(), "search history"},
                                {sentence(errc::timed_out), "fail: A sentence."}})},
         {"a server that can't tell",
-         commit_1,
-         known(true, true, false),
-         "find commit",
+         Beginning{commit_1, known(true, true, false), "find commit"},
          {{CacheMiss(), "list refs all"},
           {other_refs(), "find"},
           {CacheMiss(), "wait"},
           {Turn{offer(true, true, false)}, "begin v2 unfiltered"},
           {Begun(), not_newest}}},
         {"too many branches",
-         commit_1,
-         nothing,
-         "find commit",
+         of_commit,
          {{CacheMiss(), "list refs all"},
           {other_refs(static_cast<int>(max_git_wants) + 1), "find"},
           {CacheMiss(), "wait"},
           {Turn(), "begin v2"},
           {Begun(), not_looked_for}}},
         {"no branches at all",
-         commit_1,
-         nothing,
-         "find commit",
+         of_commit,
          {{CacheMiss(), "list refs all"},
           {other_refs(0), "find"},
           {CacheMiss(), "wait"},
@@ -545,28 +496,26 @@ BOOST_AUTO_TEST_CASE(whose_a_commit_is_is_known_before_its_files_travel)
 BOOST_AUTO_TEST_CASE(files_above_the_project_never_hold_it_up)
 {
     auto const to_files = [](std::vector<Stop> stops) {
-        auto all = after_look_up({{Turn(), "begin v2"},
-                                  {Begun(), "fetch commit without files"},
-                                  {PackReceived(), "lay out"},
-                                  {laid_out(), "fetch files"}});
+        auto all = downloading("fetch commit without files",
+                               {{PackReceived(), "lay out"}, {laid_out(), "fetch files"}});
         all.insert(all.end(), stops.begin(), stops.end());
         return all;
     };
     check({
-        {"too large", "main/a", nothing, "list refs",
+        {"too large", of_folder,
          to_files({{ParentFilesStopped{true}, "fetch files of project"}, {PackReceived(), "unpack"}})},
-        {"it was a file of the project", "main/a", nothing, "list refs",
+        {"it was a file of the project", of_folder,
          to_files({{ParentFilesStopped{false}, "fetch files of project"},
                    {PackReceived(), "fetch files above"},
                    {PackReceived(), "unpack"}})},
-        {"it was none", "main/a", nothing, "list refs",
+        {"it was none", of_folder,
          to_files({{ParentFilesStopped{false}, "fetch files of project"},
                    {PackReceived(), "fetch files above"},
                    {ParentFilesStopped{true}, "unpack"}})},
-        {"the project is too large without them", "main/a", nothing, "list refs",
+        {"the project is too large without them", of_folder,
          to_files({{ParentFilesStopped{true}, "fetch files of project"},
                    {sentence(errc::too_large), "fail: A sentence."}})},
-        {"with the history", commit_in_folder, nothing, "find commit",
+        {"with the history", of_folder_of_commit,
          after_unknown_commit({{Begun(), "fetch commit without files"},
                                {PackReceived(), "lay out"},
                                {laid_out(), "fetch history and files"},
@@ -580,74 +529,56 @@ BOOST_AUTO_TEST_CASE(files_above_the_project_never_hold_it_up)
 BOOST_AUTO_TEST_CASE(capabilities_are_asked_for_when_a_download_is_not_understood)
 {
     check({
-        {"an old server", "main", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {not_understood(), "ask"},
-                        {offered(false, true, false), "remember old unfiltered"},
-                        {Done(), "begin old unfiltered"},
-                        {Begun(), "fetch commit"},
-                        {PackReceived(), "lay out"},
-                        {laid_out(0), "unpack"},
-                        {Done(), "find large files"},
-                        {Done(), "publish"},
-                        {Done(), "remember old unfiltered"},
-                        {Done(), "done"}})},
-        {"no filter", "main/a", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit without files"},
-                        {not_understood(), "ask"},
-                        {offered(true, true, false), "begin v2 unfiltered"},
-                        {Begun(), "fetch commit"},
-                        {PackReceived(), "lay out"},
-                        {laid_out(), "fetch files"},
-                        {PackReceived(), "unpack"},
-                        {Done(), "find large files"},
-                        {Done(), "publish"},
-                        {Done(), "remember v2 unfiltered"},
-                        {Done(), "done"}})},
-        {"it promises filters, and has none", "main/a", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit without files"},
-                        {not_understood(GitProblem::filter_not_supported), "ask"},
-                        {offered(true, true, true), "begin v2 unfiltered"}})},
-        {"it promises files, and sends none", "main/a", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit without files"},
-                        {PackReceived(), "lay out"},
-                        {laid_out(), "fetch files"},
-                        {not_understood(GitProblem::object_not_advertised), "ask"},
-                        {offered(true, true, true), "begin v2 unfiltered"}})},
-        {"it can do what was asked", "main", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {not_understood(), "ask"},
-                        {offered(true, true, true), says_words}})},
-        {"it does not answer any more", "main", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {not_understood(), "ask"},
-                        {problem(GitProblem::unreachable), unreachable}})},
-        {"only once", "main/a", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit without files"},
-                        {not_understood(), "ask"},
-                        {offered(true, false, false), "begin v2 deep unfiltered"},
-                        {Begun(), "fetch commit deep"},
-                        {not_understood(), says_words}})},
-        {"not of a server that is known", "main", known(true, true, false), "list refs",
+        {"an old server", of_main,
+         downloading("fetch commit", {{not_understood(), "ask"},
+                                      {offered(false, true, false), "remember old unfiltered"},
+                                      {Done(), "begin old unfiltered"},
+                                      {Begun(), "fetch commit"},
+                                      {PackReceived(), "lay out"},
+                                      {laid_out(0), "unpack"},
+                                      {Done(), "find large files"},
+                                      {Done(), "publish"},
+                                      {Done(), "remember old unfiltered"},
+                                      {Done(), "done"}})},
+        {"no filter", of_folder,
+         downloading("fetch commit without files", {{not_understood(), "ask"},
+                                                    {offered(true, true, false), "begin v2 unfiltered"},
+                                                    {Begun(), "fetch commit"},
+                                                    {PackReceived(), "lay out"},
+                                                    {laid_out(), "fetch files"},
+                                                    {PackReceived(), "unpack"},
+                                                    {Done(), "find large files"},
+                                                    {Done(), "publish"},
+                                                    {Done(), "remember v2 unfiltered"},
+                                                    {Done(), "done"}})},
+        {"it promises filters, and has none", of_folder,
+         downloading("fetch commit without files", {{not_understood(GitProblem::filter_not_supported), "ask"},
+                                                    {offered(true, true, true), "begin v2 unfiltered"}})},
+        {"it promises files, and sends none", of_folder,
+         downloading("fetch commit without files",
+                     {{PackReceived(), "lay out"},
+                      {laid_out(), "fetch files"},
+                      {not_understood(GitProblem::object_not_advertised), "ask"},
+                      {offered(true, true, true), "begin v2 unfiltered"}})},
+        {"it can do what was asked", of_main,
+         downloading("fetch commit", {{not_understood(), "ask"}, {offered(true, true, true), says_words}})},
+        {"it does not answer any more", of_main,
+         downloading("fetch commit",
+                     {{not_understood(), "ask"}, {problem(GitProblem::unreachable), unreachable}})},
+        {"only once", of_folder,
+         downloading("fetch commit without files", {{not_understood(), "ask"},
+                                                    {offered(true, false, false), "begin v2 deep unfiltered"},
+                                                    {Begun(), "fetch commit deep"},
+                                                    {not_understood(), says_words}})},
+        {"not of a server that is known", Beginning{"main", known(true, true, false), "list refs"},
          after_look_up({{Turn{offer(true, true, false)}, "begin v2 unfiltered"},
                         {Begun(), "fetch commit"},
                         {not_understood(), says_words}})},
-        {"not for a commit that is none", "main", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {not_understood(GitProblem::object_not_advertised),
-                         "fail: Repository ann/robots has no such commit."}})},
-        {"not once the pack has begun", "main", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {problem(GitProblem::malformed), says_words}})},
+        {"not for a commit that is none", of_main,
+         downloading("fetch commit", {{not_understood(GitProblem::object_not_advertised),
+                                       "fail: Repository ann/robots has no such commit."}})},
+        {"not once the pack has begun", of_main,
+         downloading("fetch commit", {{problem(GitProblem::malformed), says_words}})},
     });
 }
 
@@ -675,28 +606,26 @@ BOOST_AUTO_TEST_CASE(a_failure_ends_a_download_wherever_it_happens)
         for (auto const& [outcome, end] : failures) {
             std::vector<Stop> stops(way.begin(), way.begin() + static_cast<std::ptrdiff_t>(until));
             stops.push_back({outcome, end});
-            check({{"a failure", "main/a", nothing, "list refs", after_look_up(std::move(stops))}});
+            check({{"a failure", of_folder, after_look_up(std::move(stops))}});
         }
 }
 
 BOOST_AUTO_TEST_CASE(a_full_disk_is_given_one_more_chance)
 {
     check({
-        {"room was made", "main", nothing, "list refs",
-         after_look_up({{Turn(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {disk_full(), "make room"},
-                        {Done(), "begin v2"},
-                        {Begun(), "fetch commit"},
-                        {PackReceived(), "lay out"},
-                        {laid_out(0), "fetch files"},
-                        {PackReceived(), "unpack"},
-                        {disk_full(), "fail: The disk is full."}})},
-        {"there was nothing to remove", "main", nothing, "list refs",
+        {"room was made", of_main,
+         downloading("fetch commit", {{disk_full(), "make room"},
+                                      {Done(), "begin v2"},
+                                      {Begun(), "fetch commit"},
+                                      {PackReceived(), "lay out"},
+                                      {laid_out(0), "fetch files"},
+                                      {PackReceived(), "unpack"},
+                                      {disk_full(), "fail: The disk is full."}})},
+        {"there was nothing to remove", of_main,
          after_look_up({{Turn(), "begin v2"},
                         {disk_full(), "make room"},
                         {sentence(errc::unavailable), "fail: The disk is full."}})},
-        {"a commit is not looked for twice", commit_1, nothing, "find commit",
+        {"a commit is not looked for twice", of_commit,
          after_unknown_commit({{Begun(), "fetch history"},
                                {PackReceived(), "search history"},
                                {InHistory(), "fetch commit"},

@@ -1,6 +1,7 @@
 #include "unit_test.hpp"
 
 #include "core/simulation/simulation_life.hpp"
+#include "core/text.hpp"
 
 #include <ostream>
 #include <string_view>
@@ -31,8 +32,8 @@ TimePoint at(Duration since_start)
     return TimePoint() + since_start;
 }
 
-/// The actions taken, a word each.
-void tell(SimulationLife& life, std::string_view event)
+/// What happens, in a word.
+void tell_one(SimulationLife& life, std::string_view event)
 {
     if (event == "fetched")
         (void)life.fetched(at(1s));
@@ -58,7 +59,7 @@ void tell(SimulationLife& life, std::string_view event)
         (void)life.server_stops();
     else if (event == "ended")
         BOOST_TEST(life.operator_ends());
-    else if (event == "not ended")
+    else if (event == "ended_in_vain")
         BOOST_TEST(!life.operator_ends());
     else if (event == "parted")
         (void)life.connection_ended(at(10s));
@@ -66,11 +67,20 @@ void tell(SimulationLife& life, std::string_view event)
         BOOST_FAIL("no such event: " << event);
 }
 
+/// Any number of such words; "running" is short for all of a start.
+void tell(SimulationLife& life, std::string_view events)
+{
+    for (auto const event : core::split(events, ' '))
+        for (auto const each : core::split(event == "running" ? "fetched launched ready" : event, ' '))
+            if (!each.empty())
+                tell_one(life, each);
+}
+
 /// What the end of a connection leads to after some events.
 struct Row
 {
     Duration grace;
-    std::vector<std::string_view> events;
+    std::string_view events;
     Action action;
     Loss loss;
     bool abandoned;
@@ -80,9 +90,7 @@ struct Row
 
 std::ostream& operator<<(std::ostream& out, Row const& row)
 {
-    for (auto const event : row.events)
-        out << event << ' ';
-    return out << (row.grace > no_grace ? "with a grace" : "without a grace");
+    return out << row.events << (row.grace > no_grace ? " with a grace" : " without a grace");
 }
 
 } // namespace
@@ -110,122 +118,49 @@ BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
     using enum SimulationLife::Loss;
     std::vector<Row> const table{
         // Until the world is loaded, a lost browser is not waited for.
-        {no_grace, {"left"}, clean_up, none, true, false, State::ending},
-        {no_grace, {"lost"}, clean_up, not_awaited, true, false, State::ending},
-        {30s, {"lost"}, clean_up, not_ready, true, false, State::ending},
-        {30s, {"fetched", "lost"}, clean_up, not_ready, true, false, State::ending},
-        {30s, {"fetched", "launched", "lost"}, clean_up, not_ready, true, false, State::ending},
-        {30s, {"fetched", "launched", "lost", "stop"}, clean_up, none, true, false, State::ending},
+        {no_grace, "left", clean_up, none, true, false, State::ending},
+        {no_grace, "lost", clean_up, not_awaited, true, false, State::ending},
+        {30s, "lost", clean_up, not_ready, true, false, State::ending},
+        {30s, "fetched lost", clean_up, not_ready, true, false, State::ending},
+        {30s, "fetched launched lost", clean_up, not_ready, true, false, State::ending},
+        {30s, "fetched launched lost stop", clean_up, none, true, false, State::ending},
         // A start that failed does not count as abandoned.
-        {30s, {"failed"}, clean_up, none, false, false, State::ending},
-        {30s, {"fetched", "failed"}, clean_up, none, false, false, State::ending},
-        {30s, {"fetched", "launched", "exited", "failed"}, clean_up, none, false, true, State::ending},
-        {30s, {"failed", "fetched", "launched"}, clean_up, none, false, false, State::ending},
+        {30s, "failed", clean_up, none, false, false, State::ending},
+        {30s, "fetched failed", clean_up, none, false, false, State::ending},
+        {30s, "fetched launched exited failed", clean_up, none, false, true, State::ending},
+        {30s, "failed fetched launched", clean_up, none, false, false, State::ending},
         // From then on a lost browser is waited for; one that closed the connection is not.
-        {no_grace, {"fetched", "launched", "ready", "left"}, clean_up, none, false, false, State::ending},
-        {no_grace,
-         {"fetched", "launched", "ready", "lost"},
-         clean_up,
-         not_awaited,
-         false,
-         false,
-         State::ending},
-        {30s, {"fetched", "launched", "ready", "left"}, clean_up, none, false, false, State::ending},
-        {30s, {"fetched", "launched", "ready", "lost"}, await_return, awaited, false, false, State::waiting},
-        {30s, {"fetched", "launched", "ready", "lost", "stop"}, clean_up, none, false, false, State::ending},
-        {30s, {"fetched", "launched", "ready", "exited"}, clean_up, none, false, true, State::ending},
-        {30s, {"fetched", "launched", "ready", "lost", "exited"}, clean_up, none, false, true, State::ending},
+        {no_grace, "running left", clean_up, none, false, false, State::ending},
+        {no_grace, "running lost", clean_up, not_awaited, false, false, State::ending},
+        {30s, "running left", clean_up, none, false, false, State::ending},
+        {30s, "running lost", await_return, awaited, false, false, State::waiting},
+        {30s, "running lost stop", clean_up, none, false, false, State::ending},
+        {30s, "running exited", clean_up, none, false, true, State::ending},
+        {30s, "running lost exited", clean_up, none, false, true, State::ending},
         // So is one whose page was left or reloaded: it may come back.
-        {30s,
-         {"fetched", "launched", "ready", "reloaded"},
-         await_return,
-         awaited,
-         false,
-         false,
-         State::waiting},
-        {no_grace, {"fetched", "launched", "ready", "reloaded"}, clean_up, none, false, false, State::ending},
-        {30s, {"fetched", "reloaded"}, clean_up, none, true, false, State::ending},
-        {30s,
-         {"fetched", "launched", "ready", "reloaded", "stop"},
-         clean_up,
-         none,
-         false,
-         false,
-         State::ending},
+        {30s, "running reloaded", await_return, awaited, false, false, State::waiting},
+        {no_grace, "running reloaded", clean_up, none, false, false, State::ending},
+        {30s, "fetched reloaded", clean_up, none, true, false, State::ending},
+        {30s, "running reloaded stop", clean_up, none, false, false, State::ending},
         // The wait for a browser ends as a connection does.
-        {30s,
-         {"fetched", "launched", "ready", "lost", "parted"},
-         clean_up,
-         not_returned,
-         false,
-         false,
-         State::ending},
-        {30s,
-         {"fetched", "launched", "ready", "lost", "parted", "exited"},
-         clean_up,
-         none,
-         false,
-         true,
-         State::ending},
-        {30s,
-         {"fetched", "launched", "ready", "lost", "parted", "stop"},
-         clean_up,
-         none,
-         false,
-         false,
-         State::ending},
-        {30s,
-         {"fetched", "launched", "ready", "lost", "parted", "taken"},
-         hand_over,
-         none,
-         false,
-         false,
-         State::serving},
+        {30s, "running lost parted", clean_up, not_returned, false, false, State::ending},
+        {30s, "running lost parted exited", clean_up, none, false, true, State::ending},
+        {30s, "running lost parted stop", clean_up, none, false, false, State::ending},
+        {30s, "running lost parted taken", hand_over, none, false, false, State::serving},
         // A browser may reconnect before its old connection is found broken; one reconnects at a time.
-        {30s, {"fetched", "launched", "ready", "taken"}, hand_over, none, false, false, State::serving},
-        {30s,
-         {"fetched", "launched", "ready", "taken", "refused", "lost"},
-         hand_over,
-         none,
-         false,
-         false,
-         State::serving},
-        {30s,
-         {"fetched", "launched", "ready", "taken", "exited"},
-         clean_up,
-         none,
-         false,
-         true,
-         State::ending},
-        {30s,
-         {"fetched", "launched", "ready", "lost", "taken", "parted", "left"},
-         clean_up,
-         none,
-         false,
-         false,
-         State::ending},
+        {30s, "running taken", hand_over, none, false, false, State::serving},
+        {30s, "running taken refused lost", hand_over, none, false, false, State::serving},
+        {30s, "running taken exited", clean_up, none, false, true, State::ending},
+        {30s, "running lost taken parted left", clean_up, none, false, false, State::ending},
         // How the old connection ended says nothing about the new one.
-        {30s,
-         {"fetched", "launched", "ready", "taken", "lost", "parted"},
-         clean_up,
-         none,
-         false,
-         false,
-         State::ending},
-        {30s,
-         {"fetched", "launched", "ready", "taken", "parted", "lost"},
-         await_return,
-         awaited,
-         false,
-         false,
-         State::waiting},
+        {30s, "running taken lost parted", clean_up, none, false, false, State::ending},
+        {30s, "running taken parted lost", await_return, awaited, false, false, State::waiting},
     };
     for (auto const& row : table)
         BOOST_TEST_CONTEXT(row)
         {
             SimulationLife life(row.grace, at(0s));
-            for (auto const event : row.events)
-                tell(life, event);
+            tell(life, row.events);
             auto const next = life.connection_ended(at(20s));
             BOOST_TEST(next.action == row.action);
             BOOST_TEST(next.loss == row.loss);
@@ -241,17 +176,11 @@ BOOST_AUTO_TEST_CASE(nobody_returns_to_what_is_not_ready_or_ends_or_waits_for_no
 {
     for (auto const grace : {no_grace, Duration(30s)}) {
         SimulationLife life(grace, at(0s));
-        tell(life, "refused");
-        tell(life, "fetched");
-        tell(life, "launched");
-        tell(life, "refused");
-        tell(life, "ready");
+        tell(life, "refused fetched launched refused ready");
         if (grace == no_grace)
             tell(life, "refused");
         BOOST_TEST(!life.is_over());
-        tell(life, "exited");
-        tell(life, "refused");
-        tell(life, "parted");
+        tell(life, "exited refused parted");
         BOOST_TEST(life.is_over());
         tell(life, "refused");
         life.cleaned_up();
@@ -269,41 +198,28 @@ BOOST_AUTO_TEST_CASE(a_stop_ends_starts_and_waits_and_leaves_simulations_to_thei
     BOOST_TEST(!starting.must_let_go());
 
     SimulationLife serving(30s, at(0s));
-    for (auto const event : {"fetched", "launched", "ready"})
-        tell(serving, event);
+    tell(serving, "running");
     BOOST_TEST(!serving.server_stops());
     BOOST_TEST(!serving.must_let_go());
 
     SimulationLife waiting(30s, at(0s));
-    for (auto const event : {"fetched", "launched", "ready", "lost", "parted"})
-        tell(waiting, event);
+    tell(waiting, "running lost parted");
     BOOST_TEST(!waiting.must_let_go());
     BOOST_TEST(!waiting.server_stops());
     BOOST_TEST(waiting.must_let_go());
 
     SimulationLife late(30s, at(0s), true);
-    for (auto const event : {"fetched", "launched", "ready", "lost"})
-        tell(late, event);
+    tell(late, "running lost");
     BOOST_TEST((late.connection_ended(at(20s)).action == Action::clean_up));
 }
 
 BOOST_AUTO_TEST_CASE(the_operator_ends_a_simulation_wherever_it_is_and_nobody_returns)
 {
-    std::vector<std::vector<std::string_view>> const histories{
-        {},
-        {"fetched"},
-        {"fetched", "launched"},
-        {"fetched", "launched", "ready"},
-        {"fetched", "launched", "ready", "lost"},
-        {"fetched", "launched", "ready", "lost", "parted"},
-        {"fetched", "launched", "ready", "taken", "parted"}};
-    for (auto const& events : histories) {
+    for (auto const* events : {"", "fetched", "fetched launched", "running", "running lost",
+                               "running lost parted", "running taken parted"}) {
         SimulationLife life(30s, at(0s));
-        for (auto const event : events)
-            tell(life, event);
-        tell(life, "ended");
-        tell(life, "not ended");
-        tell(life, "refused");
+        tell(life, events);
+        tell(life, "ended ended_in_vain refused");
         BOOST_TEST(life.must_let_go());
         auto const next = life.connection_ended(at(20s));
         BOOST_TEST(next.action == Action::clean_up);
@@ -312,22 +228,19 @@ BOOST_AUTO_TEST_CASE(the_operator_ends_a_simulation_wherever_it_is_and_nobody_re
     }
     // The connection that takes over is the one that ends with it.
     SimulationLife taken(30s, at(0s));
-    for (auto const event : {"fetched", "launched", "ready", "taken", "ended"})
-        tell(taken, event);
+    tell(taken, "running taken ended");
     BOOST_TEST((taken.connection_ended(at(20s)).action == Action::hand_over));
     BOOST_TEST(taken.must_let_go());
     BOOST_TEST((taken.connection_ended(at(20s)).action == Action::clean_up));
 
     SimulationLife gone(30s, at(0s));
-    for (auto const event : {"fetched", "launched", "ready", "exited", "not ended", "parted", "not ended"})
-        tell(gone, event);
+    tell(gone, "running exited ended_in_vain parted ended_in_vain");
 }
 
 BOOST_AUTO_TEST_CASE(a_conversation_lets_go_for_the_one_that_takes_over)
 {
     SimulationLife life(30s, at(0s));
-    for (auto const event : {"fetched", "launched", "ready"})
-        tell(life, event);
+    tell(life, "running");
     life.activity(true);
     tell(life, "taken");
     BOOST_TEST(life.must_let_go());
@@ -349,20 +262,15 @@ BOOST_AUTO_TEST_CASE(a_start_fails_once_and_the_stage_it_came_to_stays)
 // Then its page closes its other connections, too, and hears how they end.
 BOOST_AUTO_TEST_CASE(only_a_browser_that_leaves_a_running_simulation_for_good_quits)
 {
-    auto const quits = [](std::initializer_list<std::string_view> events) {
+    auto const quits = [](std::string_view events) {
         SimulationLife life(30s, at(0s));
-        for (auto const event : events)
-            tell(life, event);
+        tell(life, events);
         return life.connection_ended(at(10s)).quit;
     };
-    BOOST_TEST(quits({"fetched", "launched", "ready", "left"}));
-    BOOST_TEST(!quits({"fetched", "launched", "left"}));
-    BOOST_TEST(!quits({"fetched", "launched", "ready", "lost"}));
-    BOOST_TEST(!quits({"fetched", "launched", "ready", "exited"}));
-    BOOST_TEST(!quits({"fetched", "launched", "ready", "ended"}));
-    BOOST_TEST(!quits({"fetched", "launched", "ready", "stop"}));
-    BOOST_TEST(!quits({"fetched", "launched", "ready", "taken"}));
-    BOOST_TEST(!quits({"fetched", "launched", "ready", "lost", "parted"}));
+    BOOST_TEST(quits("running left"));
+    for (auto const* stays : {"fetched launched left", "running lost", "running exited", "running ended",
+                              "running stop", "running taken", "running lost parted"})
+        BOOST_TEST(!quits(stays), stays);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -1,6 +1,7 @@
 #include "unit_test.hpp"
 
 #include "core/simulation/simulator_environment.hpp"
+#include "core/text.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -33,48 +34,17 @@ std::optional<std::string> passed(std::string const& name, std::string const& va
 
 BOOST_AUTO_TEST_CASE(what_webots_drivers_languages_and_networks_need_is_passed_on)
 {
-    for (auto const* name : {"HOME",
-                             "LC_ALL",
-                             "TZ",
-                             "XDG_RUNTIME_DIR",
-                             "WEBOTS_HOME",
-                             "PYTHONPATH",
-                             "PYTHONUNBUFFERED",
-                             "LD_LIBRARY_PATH",
-                             "LD_PRELOAD",
-                             "CLASSPATH",
-                             "MATLAB_HOME",
-                             "MATLABPATH",
-                             "MLM_LICENSE_FILE",
-                             "CONDA_PREFIX",
-                             "ROS_DOMAIN_ID",
-                             "ROS_SECURITY_KEYSTORE",
-                             "RMW_IMPLEMENTATION",
-                             "AMENT_PREFIX_PATH",
-                             "COLCON_PREFIX_PATH",
-                             "CYCLONEDDS_URI",
-                             "FASTRTPS_DEFAULT_PROFILES_FILE",
-                             "http_proxy",
-                             "HTTPS_PROXY",
-                             "all_proxy",
-                             "NO_PROXY",
-                             "SSL_CERT_FILE",
-                             "REQUESTS_CA_BUNDLE",
-                             "CURL_CA_BUNDLE",
-                             "__GLX_VENDOR_LIBRARY_NAME",
-                             "__NV_PRIME_RENDER_OFFLOAD",
-                             "__EGL_VENDOR_LIBRARY_FILENAMES",
-                             "VGL_DISPLAY",
-                             "LIBGL_ALWAYS_SOFTWARE",
-                             "MESA_GL_VERSION_OVERRIDE",
-                             "GALLIUM_DRIVER",
-                             "CUDA_VISIBLE_DEVICES",
-                             "NVIDIA_VISIBLE_DEVICES",
-                             "VK_ICD_FILENAMES",
-                             "PULSE_SERVER",
-                             "QT_QPA_PLATFORM",
-                             "XAUTHORITY"})
-        BOOST_TEST((passed(name, "v") == "v"), name);
+    for (auto const name :
+         split("HOME LC_ALL TZ XDG_RUNTIME_DIR WEBOTS_HOME PYTHONPATH PYTHONUNBUFFERED LD_LIBRARY_PATH "
+               "LD_PRELOAD CLASSPATH MATLAB_HOME MATLABPATH MLM_LICENSE_FILE CONDA_PREFIX ROS_DOMAIN_ID "
+               "ROS_SECURITY_KEYSTORE RMW_IMPLEMENTATION AMENT_PREFIX_PATH COLCON_PREFIX_PATH CYCLONEDDS_URI "
+               "FASTRTPS_DEFAULT_PROFILES_FILE http_proxy HTTPS_PROXY all_proxy NO_PROXY SSL_CERT_FILE "
+               "REQUESTS_CA_BUNDLE CURL_CA_BUNDLE __GLX_VENDOR_LIBRARY_NAME __NV_PRIME_RENDER_OFFLOAD "
+               "__EGL_VENDOR_LIBRARY_FILENAMES VGL_DISPLAY LIBGL_ALWAYS_SOFTWARE MESA_GL_VERSION_OVERRIDE "
+               "GALLIUM_DRIVER CUDA_VISIBLE_DEVICES NVIDIA_VISIBLE_DEVICES VK_ICD_FILENAMES PULSE_SERVER "
+               "QT_QPA_PLATFORM XAUTHORITY",
+               ' '))
+        BOOST_TEST((passed(std::string(name), "v") == "v"), name);
     BOOST_TEST((passed("DISPLAY", ":9") == ":0")); // the server has chosen the screen already
 }
 
@@ -88,28 +58,13 @@ BOOST_AUTO_TEST_CASE(without_a_screen_of_the_machine_nothing_leads_to_one)
 
 BOOST_AUTO_TEST_CASE(secrets_and_what_systemd_says_to_the_server_are_not)
 {
-    for (auto const* name : {"AWS_SECRET_ACCESS_KEY",
-                             "GITHUB_TOKEN",
-                             "WEBOTS_PASSWORD",
-                             "ROS_API_KEY",
-                             "XDG_SESSION_TOKEN",
-                             "CONDA_TOKEN",
-                             "QT_PRIVATE_KEY",
-                             "NVIDIA_APIKEY",
-                             "WEBOTS_mailPassword",
-                             "CUDA_AUTH",
-                             "NOTIFY_SOCKET",
-                             "CREDENTIALS_DIRECTORY",
-                             "LISTEN_FDS",
-                             "INVOCATION_ID",
-                             "JOURNAL_STREAM",
-                             "STATE_DIRECTORY",
-                             "SSH_AUTH_SOCK",
-                             "DBUS_SESSION_BUS_ADDRESS",
-                             "DATABASE_URL",
-                             "Http_Proxy",
-                             "PWD"})
-        BOOST_TEST((passed(name, "v") == std::nullopt), name);
+    for (auto const name :
+         split("AWS_SECRET_ACCESS_KEY GITHUB_TOKEN WEBOTS_PASSWORD ROS_API_KEY XDG_SESSION_TOKEN CONDA_TOKEN "
+               "QT_PRIVATE_KEY NVIDIA_APIKEY WEBOTS_mailPassword CUDA_AUTH NOTIFY_SOCKET "
+               "CREDENTIALS_DIRECTORY LISTEN_FDS INVOCATION_ID JOURNAL_STREAM STATE_DIRECTORY SSH_AUTH_SOCK "
+               "DBUS_SESSION_BUS_ADDRESS DATABASE_URL Http_Proxy PWD",
+               ' '))
+        BOOST_TEST((passed(std::string(name), "v") == std::nullopt), name);
 }
 
 BOOST_AUTO_TEST_CASE(an_address_with_a_password_is_a_secret_whatever_its_name)

@@ -129,6 +129,7 @@ struct Fixture
 
     ~Fixture()
     {
+        world.run(background.end());
         BOOST_TEST(browsings.size() == 0u);
         BOOST_TEST(processes.alive() == 0);
         BOOST_TEST(processes.held() == 0u);
@@ -171,9 +172,14 @@ struct Fixture
         world.settle();
     }
 
-    std::string const& written(std::string const& name)
+    /// Of the project.
+    std::string& file(std::string const& name) { return files.texts[concat(root, "/", name)]; }
+
+    void has_competition(std::string dockerfile)
     {
-        return files.texts[std::string(root) + "/" + name];
+        file("webots.yml") = competition;
+        file("worlds/a.wbt") = "";
+        file("controllers/Dockerfile") = std::move(dockerfile);
     }
 
     asio::awaitable<void> run_docker()
@@ -205,6 +211,7 @@ struct Fixture
     std::size_t opened = 0;
     std::vector<std::unique_ptr<testing::LoopbackChannel>> browsers;
     async::TaskGroup browsings{world.executor()};
+    async::TaskGroup background{world.executor()}; ///< What runs until the end.
 };
 
 std::string said_by_open(Fixture& fixture)
@@ -331,11 +338,9 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
 {
     Fixture fixture;
     fixture.open();
-    fixture.files.texts[std::string(root) + "/webots.yml"] =
-        "type: demo\ndockerCompose:theia:webots-project/controllers/\n";
-    fixture.files.texts[std::string(root) + "/webots.yaml"] =
-        "type: other\n"; // where there are both, the first counts
-    fixture.files.texts[std::string(root) + "/Makefile"] = "all:\n";
+    fixture.file("webots.yml") = "type: demo\ndockerCompose:theia:webots-project/controllers/\n";
+    fixture.file("webots.yaml") = "type: other\n"; // where there are both, the first counts
+    fixture.file("Makefile") = "all:\n";
     fixture.processes.expect()
         .prints("Creating network \"x_default\"\r\n\r\nStep 1/9 : ARG A\nPulling theia\n./configure\n")
         .prints("webots_1  | Loading\r\nwebots_1  | .\r\n")
@@ -348,13 +353,12 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
                                       "loading: Creating network \"x_default\"", "loading: Step 1/9 : ARG A",
                                       "loading: Loading", "webots:ws://host.org:2001", "."}),
                boost::test_tools::per_element());
-    BOOST_TEST(fixture.written("docker-compose.yml") == compose_file("docker-compose-theia.yml"));
-    BOOST_TEST(fixture.written("Dockerfile") ==
+    BOOST_TEST(fixture.file("docker-compose.yml") == compose_file("docker-compose-theia.yml"));
+    BOOST_TEST(fixture.file("Dockerfile") ==
                "Dockerfile.default\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
-    BOOST_TEST(fixture.written(".env").find(
+    BOOST_TEST(fixture.file(".env").find(
                    concat("\nMAKE=1\nPORT=2001\nCOMPOSE_PROJECT_NAME=", project, "\n")) != std::string::npos);
-    BOOST_TEST(
-        fixture.written(".env").ends_with("THEIA_VOLUME=webots-project/controllers/\nTHEIA_PORT=2501\n"));
+    BOOST_TEST(fixture.file(".env").ends_with("THEIA_VOLUME=webots-project/controllers/\nTHEIA_PORT=2501\n"));
     auto const up = fixture.processes.started().at(fixture.opened);
     BOOST_TEST(joined(up.argv) == "/bin/docker compose -f /instances/1/project/docker-compose.yml -f "
                                   "/instances/1/project/docker-compose.walls.yml up --build --no-color");
@@ -379,10 +383,10 @@ BOOST_AUTO_TEST_CASE(the_webots_of_the_image_decides_what_it_calls_the_scene_mod
     fixture.expect_commands(looks);
     auto& browser =
         fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"w3d"}})");
-    BOOST_TEST(fixture.written(".env").find(
-                   " --minimize --no-rendering --port=2001 --heartbeat=5000 --stream /usr/") !=
-                   std::string::npos,
-               fixture.written(".env"));
+    BOOST_TEST(
+        fixture.file(".env").find(" --minimize --no-rendering --port=2001 --heartbeat=5000 --stream /usr/") !=
+            std::string::npos,
+        fixture.file(".env"));
     fixture.leave(browser);
 }
 
@@ -396,8 +400,7 @@ BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
     params.config.repositories.blocked = {"https://github.com/evil", "https://github.com/y/r/blob/main/p"};
     params.config.repositories.share_idle_time = 50;
     fixture.service.apply(params.config);
-    async::TaskGroup tasks(fixture.world.executor());
-    tasks.spawn(webots_cloud::run(fixture.service));
+    fixture.background.spawn(webots_cloud::run(fixture.service));
     fixture.world.advance(4s);
     fixture.metrics.cpu = 100;
     fixture.world.advance(1s);
@@ -423,8 +426,6 @@ BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
     auto& accepted = fixture.start(strangers);
     BOOST_TEST(accepted.was_told("webots:"));
     fixture.leave(accepted);
-    tasks.cancel_all();
-    fixture.world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(the_names_of_newer_containers_are_known_too)
@@ -478,14 +479,11 @@ BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_was_given_up_is_removed_when_it_is_n
     fixture.expect_commands(1); // the removal
     fixture.expect_commands(1, "b2\t\"\"\t\"webots-2000-1f3a9c4d\"\tUp 3 seconds\n");
     fixture.expect_commands(1);
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(fixture.run_docker());
+    fixture.background.spawn(fixture.run_docker());
     fixture.world.advance(60s);
     auto const lines = fixture.run();
     BOOST_TEST_REQUIRE(lines.size() == 5u); // nothing more until a simulation ends
     BOOST_TEST(lines[2] == "/bin/docker rm --force --volumes b1");
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_it_does)
@@ -493,8 +491,7 @@ BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_i
     Fixture fixture;
     fixture.open();
     fixture.expect_commands(2);
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(fixture.run_docker());
+    fixture.background.spawn(fixture.run_docker());
     fixture.world.advance(60s);
     fixture.processes.expect().prints("webots-1  | .\n");
     for (int i = 0; i < 5; ++i) // what is left, two looks at builds, late names, what is left
@@ -508,8 +505,6 @@ BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_i
     auto const lines = fixture.run();
     BOOST_TEST_REQUIRE(lines.size() == 3u + 5u + 2u + 1u + 1u + 3u + looks);
     BOOST_TEST(lines.at(11) == "/bin/docker rm --force --volumes c1");
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
@@ -518,10 +513,9 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     params.limits.processes = 50;
     Fixture fixture(params);
     fixture.open();
-    fixture.files.texts[std::string(root) + "/Makefile"] = "all:\n";
+    fixture.file("Makefile") = "all:\n";
     fixture.expect_commands(2); // looks at builds
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(fixture.run_docker());
+    fixture.background.spawn(fixture.run_docker());
     fixture.world.advance(60s);
     fixture.processes.expect().after(10s).prints("webots-1  | .\n");
     fixture.processes
@@ -547,8 +541,6 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     BOOST_TEST(lines.at(5) == "/bin/docker update --pids-limit 50 0c");
     BOOST_TEST(lines.at(6) == lines.at(3));
     BOOST_TEST(fixture.processes.alive() == 0);
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 /// As docker numbers images.
@@ -576,8 +568,7 @@ BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simula
     }
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(webots_cloud::run(fixture.service));
+    fixture.background.spawn(webots_cloud::run(fixture.service));
     fixture.world.advance(1s);
     BOOST_TEST(!browser.close_code.has_value());
     fixture.world.advance(3s);
@@ -590,8 +581,6 @@ BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simula
         browser.sent.back() ==
         "loading: Error: The steps that build the project made images of more than 9 MB together, which "
         "is the limit of a simulation on this server. Its operator can raise \"simulationDisk\".");
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 BOOST_AUTO_TEST_CASE(what_was_built_is_counted_once_more_when_the_containers_are_there_and_not_again)
@@ -609,13 +598,10 @@ BOOST_AUTO_TEST_CASE(what_was_built_is_counted_once_more_when_the_containers_are
     fixture.expect_commands(1, containers);
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(webots_cloud::run(fixture.service));
+    fixture.background.spawn(webots_cloud::run(fixture.service));
     fixture.world.advance(25s);
     BOOST_TEST(fixture.run().size() == 1u + 2u + 4u + 1u);
     fixture.leave(browser);
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 BOOST_AUTO_TEST_CASE(a_build_that_names_more_than_any_build_makes_is_ended)
@@ -628,14 +614,11 @@ BOOST_AUTO_TEST_CASE(a_build_that_names_more_than_any_build_makes_is_ended)
     fixture.processes.expect().prints(flood);
     fixture.expect_commands(1 + looks);
     auto& browser = fixture.start();
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(webots_cloud::run(fixture.service));
+    fixture.background.spawn(webots_cloud::run(fixture.service));
     fixture.world.advance(1s);
     BOOST_TEST(
         browser.sent.back().starts_with("loading: Error: The steps that build the project made images "),
         browser.sent.back());
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 BOOST_AUTO_TEST_CASE(what_is_kept_of_builds_has_a_limit_and_nothing_goes_that_a_running_build_has_named)
@@ -674,16 +657,13 @@ BOOST_AUTO_TEST_CASE(docker_is_not_followed_for_a_project_that_has_nothing_run)
     Fixture fixture(params);
     fixture.open();
     fixture.expect_commands(2);
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(fixture.run_docker());
+    fixture.background.spawn(fixture.run_docker());
     fixture.world.advance(60s);
     fixture.processes.expect().prints("webots-1  | .\n");
     fixture.expect_commands(looks + 3);
     fixture.leave(fixture.start());
     fixture.world.advance(60s);
     BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 3u);
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 // Issue 43, line 7: so that nobody can start an image from it.
@@ -692,8 +672,7 @@ BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again_and_lose_the_na
     Fixture fixture;
     fixture.open();
     fixture.expect_commands(2);
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(fixture.run_docker());
+    fixture.background.spawn(fixture.run_docker());
     fixture.world.advance(60s);
     fixture.processes.expect().prints("webots-1  | .\n");
     fixture.expect_commands(looks + 2);
@@ -708,8 +687,6 @@ BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again_and_lose_the_na
     auto const lines = fixture.run();
     BOOST_TEST_REQUIRE(lines.size() == 2u + 1u + looks + 2u + 2u);
     BOOST_TEST(lines.back() == concat("/bin/docker rmi --force --no-prune ", project, "_webots:latest"));
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 BOOST_AUTO_TEST_CASE(a_template_whose_services_cannot_be_found_is_not_run_without_walls)
@@ -734,8 +711,7 @@ BOOST_AUTO_TEST_CASE(what_containers_write_counts_towards_the_limit_of_the_disk)
     fixture.expect_commands(1, "6.1MB (virtual 1GB)\t\n");
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
-    async::TaskGroup running(fixture.world.executor());
-    running.spawn(webots_cloud::run(fixture.service));
+    fixture.background.spawn(webots_cloud::run(fixture.service));
     fixture.world.advance(9s);
     BOOST_TEST(fixture.run().size() == 2u); // docker counts for long
     BOOST_TEST(!browser.close_code.has_value());
@@ -748,8 +724,6 @@ BOOST_AUTO_TEST_CASE(what_containers_write_counts_towards_the_limit_of_the_disk)
                    "loading: Error: The simulation filled its folder with more than 9 MB, "),
                browser.sent.back());
     BOOST_TEST(browser.close_code.has_value());
-    running.cancel_all();
-    fixture.world.run(running.join());
 }
 
 BOOST_AUTO_TEST_CASE(what_lies_in_volumes_counts_too_and_a_docker_that_does_not_answer_ends_nothing)
@@ -775,8 +749,8 @@ BOOST_AUTO_TEST_CASE(the_operators_list_of_system_calls_lies_beside_the_project)
     fixture.processes.expect().prints("webots-1  | .\n");
     fixture.expect_commands(looks + 2);
     fixture.leave(fixture.start());
-    BOOST_TEST(fixture.written("docker-compose.seccomp.json") == "{}");
-    BOOST_TEST(fixture.written("docker-compose.walls.yml").find("- seccomp:docker-compose.seccomp.json\n") !=
+    BOOST_TEST(fixture.file("docker-compose.seccomp.json") == "{}");
+    BOOST_TEST(fixture.file("docker-compose.walls.yml").find("- seccomp:docker-compose.seccomp.json\n") !=
                std::string::npos);
 }
 
@@ -793,7 +767,7 @@ BOOST_AUTO_TEST_CASE(the_container_that_gets_the_network_is_known_by_a_label_tha
     auto const& container = fixture.processes.started().at(fixture.opened).container;
     BOOST_TEST(container.docker == "/bin/docker");
     BOOST_TEST(container.label == "webots_cloud.simulator=0123456789abcdef0123456789abcdef");
-    BOOST_TEST(fixture.written("docker-compose.walls.yml")
+    BOOST_TEST(fixture.file("docker-compose.walls.yml")
                    .find("webots_cloud.simulator: \"0123456789abcdef0123456789abcdef\"\n") !=
                std::string::npos);
 }
@@ -814,7 +788,7 @@ BOOST_AUTO_TEST_CASE(the_socket_of_the_display_is_shown_while_it_is_there)
         fixture.processes.expect().prints("webots-1  | .\n");
         fixture.expect_commands(looks + 2);
         fixture.leave(fixture.start());
-        auto const& walls = fixture.written("docker-compose.walls.yml");
+        auto const& walls = fixture.file("docker-compose.walls.yml");
         BOOST_TEST(walls.find("target: /tmp/.X11-unix\n") != std::string::npos);
         BOOST_TEST((walls.find("source: /tmp/.X11-unix/X3\n") != std::string::npos) == there);
     }
@@ -837,7 +811,7 @@ BOOST_AUTO_TEST_CASE(a_line_with_too_few_fields_is_answered_with_a_sentence)
 {
     Fixture fixture;
     fixture.open();
-    fixture.files.texts[std::string(root) + "/webots.yaml"] = "dockerCompose:theia\n";
+    fixture.file("webots.yaml") = "dockerCompose:theia\n";
     auto& browser = fixture.start();
     BOOST_TEST_REQUIRE(browser.sent.size() == 1u);
     BOOST_TEST(browser.sent.front().starts_with(
@@ -875,9 +849,9 @@ BOOST_AUTO_TEST_CASE(files_of_the_project_are_replaced_and_the_browser_is_told)
                    "loading: The Dockerfile of the project is not used: this server builds with its own.",
                    "loading: The docker-compose.yml of the project is not used: this server runs its own."}),
         boost::test_tools::per_element());
-    BOOST_TEST(fixture.written("Dockerfile") ==
+    BOOST_TEST(fixture.file("Dockerfile") ==
                "Dockerfile.default\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
-    BOOST_TEST(fixture.written("docker-compose.yml") == compose_file("docker-compose-default.yml"));
+    BOOST_TEST(fixture.file("docker-compose.yml") == compose_file("docker-compose-default.yml"));
     fixture.leave(browser);
 }
 
@@ -887,14 +861,14 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
     params.config.project_dockerfiles = true;
     Fixture fixture(params);
     fixture.open();
-    fixture.files.texts[std::string(root) + "/Dockerfile"] = "FROM ${WEBOTS_DEFAULT_IMAGE}";
+    fixture.file("Dockerfile") = "FROM ${WEBOTS_DEFAULT_IMAGE}";
     fixture.files.texts.erase("/templates/Dockerfile.default");
     fixture.processes.expect()
         .prints("manifest for cyberbotics/webots.cloud:R2025a-ubuntu22.04 not found\n")
         .exits(1);
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
-    BOOST_TEST(fixture.written("Dockerfile") ==
+    BOOST_TEST(fixture.file("Dockerfile") ==
                "FROM cyberbotics/webots.cloud:R2025a-ubuntu22.04\n"
                "LABEL webots_cloud.server=webots-2000-1f3a9c4d com.docker.compose.project=\"\" "
                "com.docker.compose.service=\"\"\n\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
@@ -916,9 +890,9 @@ BOOST_AUTO_TEST_CASE(dockerfiles_of_projects_are_built_without_a_network_unless_
             fixture.open();
             std::string const file = competes ? "controllers/Dockerfile" : "Dockerfile";
             if (competes)
-                fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
-            fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
-            fixture.files.texts[std::string(root) + "/" + file] = "FROM scratch\n";
+                fixture.file("webots.yml") = competition;
+            fixture.file("worlds/a.wbt") = "";
+            fixture.file(file) = "FROM scratch\n";
             fixture.files.texts["/templates/docker-compose-competition.yml"] =
                 "services:\n  webots:\n    build: .\n  controller:\n    build:\n      context: controllers\n";
             fixture.files.texts["/templates/docker-compose-default.yml"] =
@@ -926,7 +900,7 @@ BOOST_AUTO_TEST_CASE(dockerfiles_of_projects_are_built_without_a_network_unless_
             fixture.processes.expect().prints("no\n").exits(1);
             fixture.expect_commands(looks);
             auto& browser = fixture.start();
-            auto const walls = fixture.written("docker-compose.walls.yml");
+            auto const walls = fixture.file("docker-compose.walls.yml");
             std::string const service = competes ? "  controller:\n" : "  webots:\n";
             auto const of_service = walls.substr(walls.find(service));
             BOOST_TEST((of_service.find("    build:\n      network: none\n") == std::string::npos) ==
@@ -946,10 +920,9 @@ BOOST_AUTO_TEST_CASE(a_dockerfile_that_starts_from_another_simulation_is_not_bui
         fixture.open();
         std::string const file = competes ? "controllers/Dockerfile" : "Dockerfile";
         if (competes)
-            fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
-        fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
-        fixture.files.texts[std::string(root) + "/" + file] =
-            "FROM scratch\nCOPY --from=webots-2000-x_webots / /";
+            fixture.file("webots.yml") = competition;
+        fixture.file("worlds/a.wbt") = "";
+        fixture.file(file) = "FROM scratch\nCOPY --from=webots-2000-x_webots / /";
         auto& browser = fixture.start();
         BOOST_TEST(
             browser.sent.back() ==
@@ -975,9 +948,7 @@ BOOST_AUTO_TEST_CASE(an_image_of_a_registry_is_fetched_and_not_used_where_it_add
                                              "that start from it (ONBUILD). Start from another one."}}) {
         Fixture fixture;
         fixture.open();
-        fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
-        fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
-        fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM docker.io/a";
+        fixture.has_competition("FROM docker.io/a");
         fixture.processes.expect().prints("No such image: docker.io/a\n").exits(1);
         fixture.expect_commands(1);
         fixture.expect_commands(1, answer);
@@ -996,9 +967,7 @@ BOOST_AUTO_TEST_CASE(an_image_of_a_registry_is_fetched_and_not_used_where_it_add
     }
     Fixture fixture;
     fixture.open();
-    fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
-    fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
-    fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM docker.io/a";
+    fixture.has_competition("FROM docker.io/a");
     for (int i = 0; i < 2; ++i)
         fixture.processes.expect().prints("manifest for docker.io/a not found\n").exits(1);
     BOOST_TEST(fixture.start().sent.back() ==
@@ -1009,9 +978,9 @@ BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
 {
     Fixture fixture;
     fixture.open();
-    fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
-    fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "Robot { controller \"participant\" }";
-    fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM scratch";
+    fixture.file("webots.yml") = competition;
+    fixture.file("worlds/a.wbt") = "Robot { controller \"participant\" }";
+    fixture.file("controllers/Dockerfile") = "FROM scratch";
     fixture.files.texts["/templates/remote_controller_launcher.py"] = "launch";
     fixture.processes.expect()
         .prints("webots-1  | .\n")
@@ -1021,9 +990,9 @@ BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
     fixture.world.advance(5s);
-    BOOST_TEST(fixture.written("worlds/a.wbt") == "Robot { controller \"<extern>\" }");
-    BOOST_TEST(fixture.written("remote_controller_launcher.py") == "launch");
-    BOOST_TEST(fixture.written("docker-compose.yml") == compose_file("docker-compose-competition.yml"));
+    BOOST_TEST(fixture.file("worlds/a.wbt") == "Robot { controller \"<extern>\" }");
+    BOOST_TEST(fixture.file("remote_controller_launcher.py") == "launch");
+    BOOST_TEST(fixture.file("docker-compose.yml") == compose_file("docker-compose-competition.yml"));
     BOOST_TEST(fixture.run().at(1) ==
                "/bin/docker compose -f /instances/1/project/docker-compose.yml -f "
                "/instances/1/project/docker-compose.walls.yml restart --timeout 0 controller");
@@ -1047,8 +1016,8 @@ BOOST_AUTO_TEST_CASE(a_competition_without_a_container_for_the_participant_is_re
 {
     Fixture fixture;
     fixture.open();
-    fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
-    fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
+    fixture.file("webots.yml") = competition;
+    fixture.file("worlds/a.wbt") = "";
     auto& browser = fixture.start();
     BOOST_TEST(
         browser.sent ==
@@ -1161,9 +1130,7 @@ int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&))
     for (int call = 1;; ++call) {
         Fixture fixture;
         fixture.open();
-        fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
-        fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
-        fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM scratch";
+        fixture.has_competition("FROM scratch");
         fixture.processes.expect().prints("webots-1  | .\nwebots-1 | reset\n");
         fixture.expect_commands(1 + looks);
         fuse_of(fixture) = testing::Fuse(call);

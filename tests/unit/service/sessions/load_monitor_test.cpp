@@ -28,8 +28,7 @@ struct Fixture
 
     ~Fixture()
     {
-        tasks.cancel_all();
-        world.run(tasks.join());
+        world.run(tasks.end());
         BOOST_TEST(world.clock.pending() == 0u);
     }
 

@@ -70,11 +70,7 @@ struct DiscoveryFixture
                               bool loopback = false)
         : discovery(params_of(entries, max_announced, loopback), names, world.clock, log.logger(), hooks())
     {}
-    ~DiscoveryFixture()
-    {
-        tasks.cancel_all();
-        world.run(tasks.join());
-    }
+    ~DiscoveryFixture() { world.run(tasks.end()); }
 
     static MachineDiscoveryParams params_of(std::vector<std::string> const& entries,
                                             std::size_t max_announced = 10'000, bool loopback = false)
@@ -403,8 +399,7 @@ BOOST_AUTO_TEST_CASE(a_machine_announces_itself_every_ten_seconds_and_says_goodb
     BOOST_TEST(fixture.log.contains("Could not announce this server to http://session:1999"));
     fixture.world.advance(16s);
     BOOST_TEST(fixture.log.contains("Announced to http://session:1999"));
-    tasks.cancel_all();
-    fixture.world.run(tasks.join());
+    fixture.world.run(tasks.end());
     BOOST_TEST(http.unused() == "");
     auto const& request = http.requests().back();
     auto const query = request.url.substr(request.url.find('?') + 1);

@@ -51,11 +51,7 @@ struct Fixture
         world.settle();
     }
 
-    void stop()
-    {
-        tasks.cancel_all();
-        world.run(tasks.join());
-    }
+    void stop() { world.run(tasks.end()); }
 
     void note(LoadTransition transition, std::string address = "a:2000", double load = 99)
     {

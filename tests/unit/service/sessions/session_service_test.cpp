@@ -36,8 +36,7 @@ struct Fixture
 
     ~Fixture()
     {
-        tasks.cancel_all();
-        world.run(tasks.join());
+        world.run(tasks.end());
         BOOST_TEST(world.clock.pending() == 0u);
     }
 
@@ -106,6 +105,28 @@ struct Fixture
     SessionServiceParams initial;
     SessionService service;
     async::TaskGroup tasks;
+};
+
+SessionServiceParams with_gateway(SessionServiceParams params)
+{
+    params.config.gateway = true;
+    return params;
+}
+
+/// A session server with a gateway, and one machine behind it.
+struct GatewayFixture : Fixture
+{
+    explicit GatewayFixture(SessionServiceParams params = SessionServiceParams())
+        : Fixture(with_gateway(std::move(params)))
+    {
+        http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
+        start({});
+        machine.internal_address = "10.0.0.2:2000";
+        fleet.set({machine});
+        world.settle();
+    }
+
+    ServerSpec machine{"sim.example.org/2000"};
 };
 
 std::string header(HttpResponse const& response, std::string_view name)
@@ -669,8 +690,7 @@ BOOST_AUTO_TEST_CASE(a_mail_server_that_is_down_does_not_keep_a_dead_server_avai
         BOOST_TEST(log.contains("Error: unable to send email to"));
         BOOST_TEST(fixture.get("/session").body.starts_with("Error:"));
     }
-    tasks.cancel_all();
-    world.run(tasks.join());
+    world.run(tasks.end());
 }
 
 BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)
@@ -865,8 +885,7 @@ BOOST_AUTO_TEST_CASE(an_operator_who_is_named_while_it_runs_hears_of_the_next_ch
         BOOST_TEST_REQUIRE(!notifier.delivered.empty());
         BOOST_TEST(!fixture.log.contains("a:2000 simulation server is up and running again"));
     }
-    tasks.cancel_all();
-    world.run(tasks.join());
+    world.run(tasks.end());
 }
 
 BOOST_AUTO_TEST_CASE(decisions_are_shown_to_the_operator_only)
@@ -995,15 +1014,8 @@ BOOST_AUTO_TEST_CASE(a_browser_is_given_a_ticket_for_the_server_that_it_is_sent_
 // Issue 20, item 2.
 BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
 {
-    SessionServiceParams params;
-    params.config.gateway = true;
-    Fixture fixture(params);
-    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
-    fixture.start({});
-    ServerSpec server("sim.example.org/2000");
-    server.internal_address = "10.0.0.2:2000";
-    fixture.fleet.set({server});
-    fixture.world.settle();
+    GatewayFixture fixture;
+    auto& server = fixture.machine;
     BOOST_TEST(fixture.get("/session").body == "wss://sim.example.org/2000");
 
     HttpHeaders const sandbox{
@@ -1054,25 +1066,18 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
         BOOST_TEST(fixture.get(path).status == 404, path);
     BOOST_TEST(fixture.get("/load").body == "1.0");
 
-    params.config.gateway = false; // by a reload
-    fixture.service.apply(params);
+    fixture.initial.config.gateway = false; // by a reload
+    fixture.service.apply(fixture.initial);
     BOOST_TEST(fixture.get("/2000/client").status == 404);
 }
 
 BOOST_AUTO_TEST_CASE(visitors_of_an_unusual_port_are_sent_to_machines_at_that_port)
 {
     SessionServiceParams params;
-    params.config.gateway = true;
     params.address.host = "sim.example.org";
     params.address.port = 8443;
     params.address.port_rewrite = false;
-    Fixture fixture(params);
-    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
-    fixture.start({});
-    ServerSpec server("sim.example.org/2000");
-    server.internal_address = "10.0.0.2:2000";
-    fixture.fleet.set({server});
-    fixture.world.settle();
+    GatewayFixture fixture(params);
     std::array<std::pair<std::string_view, std::string_view>, 1> const host{
         {{"Host", "sim.example.org:8443"}}};
     IncomingRequest request;
@@ -1110,17 +1115,11 @@ struct ProxiedRequest : IncomingRequest
 BOOST_AUTO_TEST_CASE(behind_a_proxy_that_has_the_site_below_a_path_everything_is_below_it)
 {
     SessionServiceParams params;
-    params.config.gateway = true;
     params.address.host = "sim.example.org";
     params.address.port = 1999;
     params.address.ssl = false;
-    Fixture fixture(params);
-    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
-    fixture.start({});
-    ServerSpec server("sim.example.org/2000");
-    server.internal_address = "10.0.0.2:2000";
-    fixture.fleet.set({server});
-    fixture.world.settle();
+    GatewayFixture fixture(params);
+    auto& server = fixture.machine;
     Fields const said{
         {"Host", "sim.example.org"}, {"X-Forwarded-Prefix", "/webots"}, {"X-Forwarded-Proto", "https"}};
     ProxiedRequest request("/session", said);
@@ -1136,9 +1135,9 @@ BOOST_AUTO_TEST_CASE(behind_a_proxy_that_has_the_site_below_a_path_everything_is
     to_machine.is_from_proxy = false;
     BOOST_TEST(std::get<Forward>(fixture.service.respond(to_machine)).headers.size() == 1u);
 
-    params.address.path = "/named"; // by a reload
-    params.address.ssl = true;
-    fixture.service.apply(params);
+    fixture.initial.address.path = "/named"; // by a reload
+    fixture.initial.address.ssl = true;
+    fixture.service.apply(fixture.initial);
     server.address = "sim.example.org/named/2000";
     fixture.fleet.set({server});
     fixture.world.settle();
@@ -1179,13 +1178,8 @@ BOOST_AUTO_TEST_CASE(the_gateway_knows_machines_that_come_and_go_one_by_one)
 
 BOOST_AUTO_TEST_CASE(only_what_is_below_the_gateway_of_a_trusted_machine_keeps_the_origin_of_the_site)
 {
-    SessionServiceParams params;
-    params.config.gateway = true;
-    Fixture fixture(params);
-    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
-    fixture.start({});
-    ServerSpec server("sim.example.org/2000");
-    server.internal_address = "10.0.0.2:2000";
+    GatewayFixture fixture;
+    auto& server = fixture.machine;
     auto const keeps_origin = [&](std::string_view path) {
         fixture.fleet.set({server});
         IncomingRequest request;
