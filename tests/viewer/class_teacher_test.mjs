@@ -263,6 +263,29 @@ test('one simulation is looked at, large and without disturbing, and then there 
   await until(async () => await cloud.get('streams') === 0, 'the end of the picture');
 });
 
+test('a program is read beside its simulation, and given to all', async (t) => {
+  const ada = student(1, 'Ada', { state: 'running', simulator: await cloud.call('address', 'simulator') });
+  const page = await openClass(t, { students: [ada, student(2, 'Bob')] });
+  await tile(page, 1).locator('.look').click();
+  await shown(page, 'look');
+  await page.click('#look .toolbar [data-do="program"]');
+  await waitForSaid('tell', (each) => each.do === 'program' && each.students[0] === 1);
+  await tell({ program: { id: 2, file: 'b/b.py', text: 'of somebody else' } });
+  await tell({ program: { id: 1, file: 'a/a.py', text: '<b>print(1)</b>\n' } });
+  await says(page, '#look-text', '<b>print(1)</b>');
+  await says(page, '#look-file', 'a/a.py');
+  await clean(page, 'program');
+  await page.click('#look-program [data-do="give"]');
+  await answer(page, false);
+  await page.click('#look-program [data-do="give"]');
+  await answer(page, true);
+  await waitForSaid('tell', (each) => each.do === 'take');
+  assert.deepEqual((await said('tell')).filter((each) => each.do === 'take'), [{ students: null, do: 'take', file: 'a/a.py', text: '<b>print(1)</b>\n' }]);
+  await page.click('#look-back');
+  await tile(page, 1).locator('.look').click();
+  assert.equal(await page.locator('#look-program').isHidden(), true, 'it may be another one by now');
+});
+
 test('what a student names as his simulation starts nothing on the teacher\'s page', async (t) => {
   const session = (await cloud.call('address', 'session')).replace(/\/*$/, '');
   const simulator = await cloud.call('address', 'simulator');

@@ -91,6 +91,23 @@ test('the teacher pauses, runs, resets, says something and ends it', async (t) =
   await state(page, 'running');
 });
 
+test('the teacher reads the program, and gives another one, which is in the editor then', async (t) => {
+  await cloud.set('programs', { 'drive/drive.py': 'print(1)\n' });
+  const page = await runSimulation(t);
+  await tell({ do: 'program' });
+  assert.deepEqual(await waitForSaid('program', ({ file }) => file === 'drive/drive.py'), { file: 'drive/drive.py', text: 'print(1)\n' });
+  await tell({ do: 'take', file: 'drive/drive.py', text: 'print("start here")\n' });
+  const text = page.getByRole('textbox', { name: 'Text of the program' });
+  await text.waitFor();
+  await until(async () => await text.inputValue() === 'print("start here")\n', 'the program');
+  await clean(page, 'program');
+  await text.fill('print(2)\n');
+  await page.getByRole('button', { name: 'Run' }).click();
+  await until(async () => (await cloud.get('saved'))['drive/drive.py'] === 'print(2)\n', 'the program of the student');
+  await tell({ do: 'program' });
+  await waitForSaid('program', (each) => each.text === 'print(2)\n');
+});
+
 test('pictures are sent while they are wanted, as small as they are wanted', async (t) => {
   const page = await runSimulation(t);
   assert.deepEqual(await said('picture'), []);

@@ -29,6 +29,7 @@ struct ClassBook::Student
     std::string simulator;          ///< As `simulator_entry` has it; empty: none.
     StudentMachine machine;         ///< That the class gave.
     bool has_seat = false;          ///< One that was held.
+    bool program_wanted = false;    ///< A teacher has asked for it.
     ClassConnection connection = 0; ///< 0: it is lost.
     TimePoint lost_at{};
     Pace states;
@@ -285,7 +286,7 @@ void ClassBook::obey(ClassConnection from, TellStudents const& message, TimePoin
     else
         for (auto const& [id, student] : of->students)
             students.push_back(id);
-    auto const text = action_message(message.action, message.text);
+    auto const text = action_message(message);
     for (auto const id : students) {
         auto const found = of->students.find(id);
         if (found == of->students.end())
@@ -296,6 +297,7 @@ void ClassBook::obey(ClassConnection from, TellStudents const& message, TimePoin
             if (connection != 0)
                 close(connection, class_closed_message(ClassEnd::removed), normal);
         } else if (connection != 0) {
+            found->second.program_wanted |= message.action == ClassAction::program;
             say(connection, text);
         }
     }
@@ -388,6 +390,14 @@ void ClassBook::obey(ClassConnection from, ReportPicture const& message, TimePoi
             say(window.connection, text);
             output_.back().is_picture = true;
         }
+}
+
+/// Once for each question, so that a page can't fill the teacher's.
+void ClassBook::obey(ClassConnection from, ReportProgram const& message, TimePoint)
+{
+    auto const [of, student] = class_of_student(from);
+    if (student && std::exchange(student->program_wanted, false))
+        tell_teachers(*of, program_message(student->id, message.file, message.text));
 }
 
 void ClassBook::obey(ClassConnection from, LeaveClass const&, TimePoint)

@@ -133,6 +133,7 @@ private:
     void obey(ClassConnection from, ReturnAsStudent const& message, TimePoint now);
     void obey(ClassConnection from, ReportState const& message, TimePoint now);
     void obey(ClassConnection from, ReportPicture const& message, TimePoint now);
+    void obey(ClassConnection from, ReportProgram const& message, TimePoint now);
     void obey(ClassConnection from, LeaveClass const& message, TimePoint now);
 
     Class* class_of_teacher(ClassConnection from);

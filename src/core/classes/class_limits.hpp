@@ -17,7 +17,7 @@ inline constexpr std::size_t name = 40;             ///< Characters of a student
 inline constexpr std::size_t text = 200;            ///< Characters of what a teacher writes to students.
 inline constexpr std::size_t world = 2048;          ///< Bytes of the address of a world.
 inline constexpr std::size_t simulator = 300;       ///< Bytes of the address of a simulator.
-inline constexpr std::size_t message = 16 * 1024;   ///< Bytes of a message of a client.
+inline constexpr std::size_t message = 64 * 1024;   ///< Bytes of a message of a client: with a program.
 inline constexpr std::size_t machines = 64;         ///< That a teacher's page is told of.
 
 /// Connections that are in no class yet: of all clients, and of one address, behind which a school may be.

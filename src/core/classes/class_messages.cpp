@@ -4,6 +4,7 @@
 
 #include "class_limits.hpp"
 #include "class_text.hpp"
+#include "core/simulation/editable_files.hpp"
 #include "core/text.hpp"
 
 #include <boost/json/array.hpp>
@@ -32,12 +33,14 @@ constexpr std::array<std::pair<std::string_view, StudentState>, 9> states{{
     {"away", StudentState::away},
 }};
 
-constexpr std::array<std::pair<std::string_view, ClassAction>, 6> actions{{
+constexpr std::array<std::pair<std::string_view, ClassAction>, 8> actions{{
     {"pause", ClassAction::pause},
     {"run", ClassAction::run},
     {"reset", ClassAction::reset},
     {"end", ClassAction::end},
     {"message", ClassAction::message},
+    {"program", ClassAction::program},
+    {"take", ClassAction::take},
     {"remove", ClassAction::remove},
 }};
 
@@ -139,6 +142,21 @@ ClassMessage read_state(json::object const& report)
     return message;
 }
 
+bool is_program(json::string const* file, json::string const* text)
+{
+    return file && text && is_editable_name(*file) && text->size() <= largest_editable &&
+           is_editable_text(*text);
+}
+
+ClassMessage read_program(json::object const& program)
+{
+    auto const* file = string_in(program, "file");
+    auto const* text = string_in(program, "text");
+    if (!is_program(file, text))
+        return BadClassMessage();
+    return ReportProgram{std::string(*file), std::string(*text)};
+}
+
 ClassMessage read_tell(json::object const& tell)
 {
     auto const* action = find_value(actions, string_in(tell, "do"));
@@ -163,6 +181,14 @@ ClassMessage read_tell(json::object const& tell)
             return BadClassMessage();
         message.text = std::move(*line);
     }
+    if (message.action == ClassAction::take) {
+        auto const* file = string_in(tell, "file");
+        auto const* text = string_in(tell, "text");
+        if (!is_program(file, text))
+            return BadClassMessage();
+        message.file = *file;
+        message.text = *text;
+    }
     return message;
 }
 
@@ -177,6 +203,8 @@ ClassMessage read_value(std::string_view key, json::value const& value)
             return read_state(*object);
         if (key == "tell")
             return read_tell(*object);
+        if (key == "program")
+            return read_program(*object);
     }
     if (auto const* text = value.if_string()) {
         if (key == "picture")
@@ -332,6 +360,11 @@ std::string picture_message(StudentId student, std::string_view base64)
     return message_with("picture", std::move(picture));
 }
 
+std::string program_message(StudentId student, std::string_view file, std::string_view text)
+{
+    return message_with("program", {{"id", student}, {"file", file}, {"text", text}});
+}
+
 std::string reserved_message(std::size_t seats)
 {
     return message_with("reserved", seats);
@@ -366,12 +399,14 @@ std::string pictures_message(PictureTerms const* terms)
     return message_with("pictures", std::move(object));
 }
 
-std::string action_message(ClassAction action, std::string_view text)
+std::string action_message(TellStudents const& message)
 {
     json::object object;
-    object["do"] = name_of(actions, action);
-    if (action == ClassAction::message)
-        object["text"] = text;
+    object["do"] = name_of(actions, message.action);
+    if (!message.file.empty())
+        object["file"] = message.file;
+    if (!message.text.empty() || message.action == ClassAction::take)
+        object["text"] = message.text;
     return json::serialize(object);
 }
 

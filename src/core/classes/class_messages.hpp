@@ -49,6 +49,8 @@ enum class ClassAction
     reset,
     end,
     message,
+    program, ///< Show the teacher the program that is in the editor.
+    take,    ///< Put a program of the teacher's into the editor.
     remove
 };
 
@@ -84,7 +86,8 @@ struct TellStudents
 {
     std::optional<std::vector<StudentId>> students; ///< None: all.
     ClassAction action = ClassAction::pause;
-    std::string text; ///< Of `message`.
+    std::string text; ///< Of `message` and `take`.
+    std::string file; ///< Of `take`: below the folder of the controllers.
 };
 
 /// The old code no longer lets anybody in.
@@ -120,6 +123,13 @@ struct ReportPicture
     std::string base64; ///< Unchecked.
 };
 
+/// What a teacher has asked for.
+struct ReportProgram
+{
+    std::string file;
+    std::string text;
+};
+
 struct LeaveClass
 {};
 
@@ -130,9 +140,9 @@ struct BadClassMessage
     ClassError error = ClassError::message;
 };
 
-using ClassMessage =
-    std::variant<BadClassMessage, OpenClass, ReturnAsTeacher, SetSeats, WatchPictures, TellStudents,
-                 RenewCode, CloseClass, JoinClass, ReturnAsStudent, ReportState, ReportPicture, LeaveClass>;
+using ClassMessage = std::variant<BadClassMessage, OpenClass, ReturnAsTeacher, SetSeats, WatchPictures,
+                                  TellStudents, RenewCode, CloseClass, JoinClass, ReturnAsStudent,
+                                  ReportState, ReportPicture, ReportProgram, LeaveClass>;
 
 /// Reads any bytes.
 ClassMessage parse_class_message(std::string_view text);
@@ -188,6 +198,9 @@ std::string gone_message(StudentId student);
 /// `{"picture":{"id":1,"jpeg":...}}`
 std::string picture_message(StudentId student, std::string_view base64);
 
+/// `{"program":{"id":1,"file":...,"text":...}}`
+std::string program_message(StudentId student, std::string_view file, std::string_view text);
+
 /// `{"reserved":18}`
 std::string reserved_message(std::size_t seats);
 
@@ -213,7 +226,7 @@ std::string joined_message(JoinedRow const& row);
 /// `{"pictures":{...}}`; null: none are wanted.
 std::string pictures_message(PictureTerms const* terms);
 
-/// `{"do":"pause"}`, `{"do":"message","text":...}`
-std::string action_message(ClassAction action, std::string_view text);
+/// `{"do":"pause"}`, `{"do":"message","text":...}`, `{"do":"take","file":...,"text":...}`
+std::string action_message(TellStudents const& message);
 
 } // namespace webots_cloud::core

@@ -19,6 +19,7 @@ export class Look {
   #retry = 0;
   #retries = 0; // since something was shown
   #opened = 0;
+  #program = null; // of the student, as it was when somebody asked: {file, text}
 
   // `act(action, student)` as of Wall; `back()` when the wall is wanted again.
   constructor(act, back) {
@@ -27,8 +28,9 @@ export class Look {
     this.#view.showRobotWindow = false; // nor do pages of a student's project belong into the teacher's
     this.#view.onclose = () => this.#again();
     element('look-back').addEventListener('click', back);
+    element('look-program-close').addEventListener('click', () => this.#hideProgram());
     for (const button of element('look').querySelectorAll('[data-do]'))
-      button.addEventListener('click', () => act(button.dataset.do, this.#student));
+      button.addEventListener('click', () => act(button.dataset.do, this.#student, this.#program));
     for (const button of element('look').querySelectorAll('[data-icon]'))
       button.prepend(icon(button.dataset.icon));
     offerFullscreen(element('look-full'), element('look'));
@@ -58,7 +60,18 @@ export class Look {
     this.sayAll();
   }
 
+  // A program that was asked for.
+  showProgram({ id, file, text }) {
+    if (id !== this.#student?.id)
+      return;
+    this.#program = { file, text };
+    setText('look-file', file);
+    setText('look-text', text);
+    element('look-program').hidden = false;
+  }
+
   close() {
+    this.#hideProgram();
     clearTimeout(this.#retry);
     this.#student = null;
     this.#address = '';
@@ -74,6 +87,11 @@ export class Look {
     setText('look-name', name);
     setText('look-state', `${wordsFor(state)} · ${duration(time ?? 0)}`);
     element('look').classList.toggle('gone', simulator === undefined);
+  }
+
+  #hideProgram() {
+    this.#program = null;
+    element('look-program').hidden = true;
   }
 
   // Not for ever: somebody has to ask again for what ends at once.

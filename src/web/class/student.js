@@ -135,7 +135,7 @@ export class Student {
     else if (message.pictures !== undefined)
       this.#thumbnails.wanted = message.pictures;
     else if (message.do)
-      this.#obey(message.do, message.text);
+      this.#obey(message.do, message.text, message.file);
     else if (message.error)
       this.#takeError(message);
   }
@@ -329,8 +329,8 @@ export class Student {
   }
 
   // What the teacher wants counts for more than what a page did that was hidden.
-  #obey(action, text) {
-    if (action !== 'message') {
+  #obey(action, text, file) {
+    if (!['message', 'program', 'take'].includes(action)) {
       clearTimeout(this.#resting);
       this.#interrupted = '';
     }
@@ -339,10 +339,19 @@ export class Student {
       case 'run': return this.#view.play();
       case 'reset': return this.#view.reset();
       case 'end': return this.#view.close();
+      case 'program': return this.#sendProgram();
+      case 'take': return this.#view.takeProgram(String(file ?? ''), String(text ?? ''));
       case 'message':
         setText('told-text', String(text ?? ''));
         element('told').hidden = false;
     }
+  }
+
+  // The teacher reads along; what is there to read may be nothing.
+  async #sendProgram() {
+    const program = await this.#view.program();
+    if (program !== null)
+      this.#socket?.send({ program });
   }
 
   #keep() {

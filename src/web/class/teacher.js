@@ -26,7 +26,7 @@ export class Teacher {
   #fetching = null;
   #times = new Map(); // Of students: {time, at}, `at` when it went on.
   #wall = new Wall((action, student) => this.#act(action, student));
-  #look = new Look((action, student) => this.#act(action, student), () => this.#backToWall());
+  #look = new Look((action, student, program) => this.#act(action, student, program), () => this.#backToWall());
   #saidProblem = () => '';
   #site = 'unknown'; // what the site is: why students wait
   #availability = new Availability((_, state) => {
@@ -141,7 +141,9 @@ export class Teacher {
     } else if (message.gone !== undefined) {
       this.#wall.drop(message.gone);
       this.#take();
-    } else if (message.picture)
+    } else if (message.program)
+      this.#look.showProgram(message.program);
+    else if (message.picture)
       this.#wall.picture(message.picture.id, message.picture.jpeg);
     else if (message.reserved !== undefined) {
       this.#class.reserved = message.reserved;
@@ -276,12 +278,13 @@ export class Teacher {
     return say('class.waitingStudents', { waiting, why }).trim();
   }
 
-  async #act(action, student) {
+  async #act(action, student, program) {
     const students = [student.id];
     const { name } = student;
     switch (action) {
       case 'look': return this.#showLook(student);
       case 'message': return this.#write(students, say('class.messageTo', { name }));
+      case 'give': return this.#give(program);
       case 'end':
         if (!await confirmed(say('class.endSure', { name }), say('class.end')))
           return;
@@ -305,6 +308,12 @@ export class Teacher {
           return;
     }
     this.#socket?.send({ tell: { students: null, do: action } });
+  }
+
+  // Everybody gets this program, in place of what is in their editors.
+  async #give(program) {
+    if (await confirmed(say('class.giveSure', { file: program.file }), say('class.give')))
+      this.#socket?.send({ tell: { students: null, do: 'take', ...program } });
   }
 
   async #write(students, title) {

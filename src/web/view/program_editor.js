@@ -124,6 +124,20 @@ export class ProgramEditor {
     }
   }
 
+  // What is in the editor: {file, text}, or null.
+  get current() { return this.#drafts.has(this.#path) ? { file: this.#path, text: this.#drafts.get(this.#path) } : null; }
+
+  // A program from somebody else, in place of what is here.
+  async take(path, text) {
+    await this.open(path);
+    this.#drafts.set(path, text);
+    this.#originals.set(path, this.#originals.get(path) ?? '');
+    this.#keep();
+    await this.open(path);
+    this.#offerFiles();
+    this.#tell(() => say('code.given'));
+  }
+
   // A line of the console: what it says about a program is shown at its line.
   read(line) {
     const found = complaint(line, this.#programs.list.map(({ path }) => path));

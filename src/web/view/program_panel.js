@@ -26,6 +26,20 @@ export class ProgramPanel {
     return this.#editor.element;
   }
 
+  // What is in the editor, or what the simulation has: {file, text}, or null where there is nothing.
+  async current() {
+    const path = this.#kept.paths[0] ?? this.#programs.list[0]?.path;
+    if (this.#editor?.current || path === undefined)
+      return this.#editor?.current ?? null;
+    return { file: path, text: this.#kept.get(path)?.text ?? await this.#programs.text(path) };
+  }
+
+  // Puts somebody else's program into the editor.
+  async take(file, text) {
+    await this.open();
+    await this.#editor.take(file, text);
+  }
+
   focus() { this.#editor?.focus(); }
 
   // In the language of the page.

@@ -27,6 +27,7 @@
 //   simulator           the address of the simulator, ws://host:2001, once it is known; otherwise ''
 //   offersStart         false: no button of the view starts; otherwise there is one after close(), and where no machine was free, when one is
 //   runOnLoad           true: plays as soon as it can
+//   program()           resolves to the program in the editor, {file, text}, or to null; takeProgram(file, text) opens the editor with one
 //   snapshot(width, height)  resolves to an OffscreenCanvas with what is shown, at most so large; to null while nothing is; rejects
 //                       where the simulator does not let scripts of this page read its picture
 //
@@ -296,6 +297,16 @@ export class View {
     addEventListener('pagehide', () => (this.onticket === null ? this.#session?.stop() : this.#session?.leave()), { signal });
     document.addEventListener('visibilitychange', () => this.#session !== null && (this.#session.hidden = document.hidden), { signal });
     addEventListener('pageshow', ({ persisted }) => persisted && openAgain(), { signal });
+  }
+
+  // {file, text} of the editor or the simulation; null: there is nothing to change.
+  async program() { return (await this.#programs?.current().catch(() => null)) ?? null; }
+
+  // Opens the editor with a program that comes from elsewhere.
+  async takeProgram(file, text) {
+    await this.#programs?.take(file, text);
+    if (this.#programs !== null && !this.#showsPrograms)
+      await this.#togglePrograms();
   }
 
   async #togglePrograms() {

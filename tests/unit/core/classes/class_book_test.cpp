@@ -160,6 +160,31 @@ using Texts = std::vector<std::string>;
 
 } // namespace
 
+BOOST_AUTO_TEST_CASE(a_teacher_reads_a_program_once_for_each_question_and_gives_one_to_all)
+{
+    Fixture fixture;
+    auto const teacher = fixture.open_class(30);
+    auto const ada = fixture.join("Ada");
+    auto const program = R"({"program":{"file":"a/a.py","text":"x"}})";
+    auto const before = fixture.last_told(teacher);
+    (void)fixture.say(ada, program); // nobody has asked
+    BOOST_TEST(fixture.last_told(teacher) == before);
+    (void)fixture.say(teacher, R"({"tell":{"students":[1],"do":"program"}})");
+    BOOST_TEST(fixture.last_told(ada) == R"({"do":"program"})");
+    (void)fixture.say(ada, program);
+    BOOST_TEST(fixture.last_told(teacher) == R"({"program":{"id":1,"file":"a/a.py","text":"x"}})");
+    (void)fixture.say(ada, R"({"program":{"file":"a/a.py","text":"once more"}})");
+    BOOST_TEST(fixture.last_told(teacher) == R"({"program":{"id":1,"file":"a/a.py","text":"x"}})");
+    auto const bob = fixture.join("Bob");
+    (void)fixture.say(teacher, R"({"tell":{"students":null,"do":"take","file":"a/a.py","text":"start"}})");
+    for (auto const student : {ada, bob})
+        BOOST_TEST(fixture.last_told(student) == R"({"do":"take","file":"a/a.py","text":"start"})");
+    auto const told = fixture.last_told(bob);
+    (void)fixture.say(ada,
+                      R"({"tell":{"students":null,"do":"take","file":"a/a.py","text":"mine"}})"); // a student
+    BOOST_TEST(fixture.last_told(bob) == told);
+}
+
 BOOST_AUTO_TEST_CASE(a_class_from_its_opening_to_its_end)
 {
     Fixture fixture;

@@ -1,6 +1,7 @@
 #include "unit_test.hpp"
 
 #include "core/classes/class_messages.hpp"
+#include "core/simulation/editable_files.hpp"
 #include "core/text.hpp"
 
 #include <boost/json/parse.hpp>
@@ -175,8 +176,16 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
     BOOST_TEST(pictures_message(&terms) ==
                R"({"pictures":{"interval":500,"width":160,"height":120,"bytes":2800}})");
     BOOST_TEST(pictures_message(nullptr) == R"({"pictures":null})");
-    BOOST_TEST(action_message(ClassAction::pause, "") == R"({"do":"pause"})");
-    BOOST_TEST(action_message(ClassAction::message, "Hi") == R"({"do":"message","text":"Hi"})");
+    TellStudents tell;
+    BOOST_TEST(action_message(tell) == R"({"do":"pause"})");
+    tell.action = ClassAction::message;
+    tell.text = "Hi";
+    BOOST_TEST(action_message(tell) == R"({"do":"message","text":"Hi"})");
+    tell.action = ClassAction::take;
+    tell.file = "a/a.py";
+    tell.text.clear();
+    BOOST_TEST(action_message(tell) == R"({"do":"take","file":"a/a.py","text":""})");
+    BOOST_TEST(program_message(3, "a/a.py", "x\n") == R"({"program":{"id":3,"file":"a/a.py","text":"x\n"}})");
     BOOST_TEST(class_closed_message(ClassEnd::idle) == R"({"closed":"idle"})");
 }
 
@@ -190,6 +199,27 @@ BOOST_AUTO_TEST_CASE(every_error_has_a_code_and_a_sentence)
         BOOST_TEST(is_object_of(text, "text"), text);
         BOOST_TEST(text.ends_with(".\"}"), text);
     }
+}
+
+BOOST_AUTO_TEST_CASE(programs_are_texts_below_the_folder_of_the_controllers)
+{
+    auto const program = read<ReportProgram>(R"({"program":{"file":"a/a.py","text":"x\n"}})");
+    BOOST_TEST(program.file == "a/a.py");
+    BOOST_TEST(program.text == "x\n");
+    auto const take =
+        read<TellStudents>(R"({"tell":{"students":null,"do":"take","file":"a/a.py","text":""}})");
+    BOOST_TEST(take.file == "a/a.py");
+    for (std::string_view const rest :
+         {R"("file":"../a.py","text":"")", R"("file":"a.py","text":"")", R"("file":"a/a.py")",
+          R"("text":"x")", R"("file":"a/a.py","text":"\u0000")", R"("file":"a/a.py","text":5)"}) {
+        BOOST_TEST((refusal_of(concat(R"({"program":{)", rest, "}}")) == ClassError::message), rest);
+        BOOST_TEST((refusal_of(concat(R"({"tell":{"students":null,"do":"take",)", rest, "}}")) ==
+                    ClassError::message),
+                   rest);
+    }
+    auto const large = std::string(largest_editable + 1, 'x');
+    BOOST_TEST((refusal_of(concat(R"({"program":{"file":"a/a.py","text":")", large, R"("}})")) ==
+                ClassError::message));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
