@@ -316,7 +316,8 @@ struct SimulationServiceConfig
     /// `trafficLimit`: bytes per second, of all that browsers and one simulation say to each other
     /// through the server; 0: any number.
     std::uint64_t traffic_limit = 0;
-    /// `allowEdit`: whether pages may change the programs of their simulations, in its own copy of the project.
+    /// `allowEdit`: whether pages may change the programs of their simulations, in its own copy of the
+    /// project.
     bool allow_edit = false;
     /// `controllerPort`: where controllers on other machines connect; 0: nowhere. Simulators are asked which
     /// of their robots wait for one.

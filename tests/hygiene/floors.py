@@ -52,7 +52,7 @@ FORBIDDEN = {'src/service': ABOVE_SERVICES, 'src/testing': ABOVE_SERVICES}
 ROOMS = {
     'src/core': {
         'access': [],
-        'classes': ['access'],
+        'classes': ['access', 'simulation'],
         'discovery': ['access'],
         'doctor': [],
         'fleet': ['access'],

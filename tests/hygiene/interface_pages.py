@@ -52,12 +52,13 @@ def messages():
     client, relay, waiting = source("core/simulation/client_protocol.cpp"), source("core/relay/relay_messages.cpp"), source("core/waiting/waiting_messages.cpp")
     header = source("core/simulation/client_protocol.hpp")
     classes = source("core/classes/class_messages.cpp")
+    programs = source("core/simulation/editable_files.cpp")
     return {
         "What browsers say on `/client`": written(client, r'object->if_contains\("([\w ]+)"\)'),
         "Members of `start`": written(client, r'start->if_contains\("(\w+)"\)', r'is_true\(\*start, "(\w+)"\)') |
                               written(relay, r'(?:is_true|text_of)\(members, "(\w+)"\)'),
         "What browsers are told on `/client`": written(client, r'return concat\("([\w ]+:)') | written(header, r'_(?:message|promise|prefix) = "([^" ]+)') |
-                                               written(waiting, r'return concat\("(\w+:)'),
+                                               written(waiting, r'return concat\("(\w+:)') | written(programs, r'return concat\("(\w+:)'),
         "What clients say on `/class`": written(classes, r'key == "(\w+)"'),
         "What clients are told on `/class`": written(classes, r'message_with\("(\w+)"', r'object\["(error|do)"\]'),
     }

@@ -78,7 +78,7 @@ export class ProgramEditor {
     this.#drafts.set(path, kept?.text ?? text);
     if (kept === null || kept.text === text)
       return;
-    this.#tell(() => say(kept.original === original ? 'code.kept' : 'code.projectChanged'));
+    this.#tell(() => (kept.original === original ? say('code.kept') : say('code.projectChanged')));
   }
 
   // Saves what was changed, and has the simulation begin anew with it.
