@@ -52,7 +52,6 @@ FORBIDDEN = {'src/service': ABOVE_SERVICES, 'src/testing': ABOVE_SERVICES}
 ROOMS = {
     'src/core': {
         'access': [],
-        'classes': ['access', 'simulation'],
         'discovery': ['access'],
         'doctor': [],
         'fleet': ['access'],
@@ -65,6 +64,7 @@ ROOMS = {
         'projects': ['git'],
         'sandbox': ['access', 'load'],
         'simulation': ['pages'],
+        'classes': ['access', 'simulation'],
         'relay': ['access', 'simulation'],
         'waiting': ['access'],
         'docker': ['simulation'],
