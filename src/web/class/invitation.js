@@ -2,7 +2,7 @@
 
 import { drawQrCode, isOfThisMachine } from './view/qr_code.js';
 import { say } from './view/texts.js';
-import { element, offerFullscreen, setText } from './page.js';
+import { element, offerFullscreen, ownServer, setText } from './page.js';
 
 let drawn = '';
 
@@ -29,7 +29,7 @@ export function invite(code) {
 }
 
 async function showQrCode(link) {
-  const picture = await drawQrCode(link, new URL('qr.js', import.meta.url).href);
+  const picture = await drawQrCode(link, new URL('class/qr.js', ownServer).href);
   if (picture !== null && link === drawn)
     element('qr').replaceChildren(picture);
 }

@@ -1,0 +1,38 @@
+// What the viewer's page costs a browser that comes first, from a real server: requests and bytes until Start can be pressed.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { openBrowser, openPage } from '../viewer/page.mjs';
+import { WORLD, startClassSite, state } from './class_site.mjs';
+
+const MOST_REQUESTS = 6; // page, script, style, texts, defaults, icon
+const MOST_BYTES = 79_000;
+
+const { server } = await startClassSite({
+  session: (ports) => ({ simulationServers: [`localhost:${ports.simulation}`], relay: true }),
+  simulation: () => ({ maxConnections: 1 }),
+});
+const browser = await openBrowser();
+
+test('the viewer is a handful of requests, and starts a simulation', async (t) => {
+  const script = await (await fetch(`${server}/viewer/viewer.js`)).text();
+  if (/^import .* from '\.\//m.test(script))
+    return t.skip('this build has no esbuild, so pages load file by file');
+  const page = await openPage(t, browser);
+  const missing = [];
+  page.on('response', (response) => response.status() >= 400 && missing.push(response.url()));
+  await page.goto(`${server}/viewer/?url=${WORLD}`);
+  await state(page, 'idle');
+  await page.waitForSelector('body:not([data-availability="unknown"])');
+  await page.waitForLoadState('networkidle');
+  const loaded = await page.evaluate(() => [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')]
+    .map(({ name, encodedBodySize }) => ({ name, encodedBodySize })));
+  assert.deepEqual(missing, []);
+  assert.ok(loaded.length <= MOST_REQUESTS, JSON.stringify(loaded, null, 1));
+  const bytes = loaded.reduce((sum, { encodedBodySize }) => sum + encodedBodySize, 0);
+  assert.ok(bytes <= MOST_BYTES, JSON.stringify(loaded, null, 1));
+  t.diagnostic(`${loaded.length} requests, ${bytes} bytes`);
+  await page.click('#start');
+  await state(page, 'running');
+});
