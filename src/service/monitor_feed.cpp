@@ -35,7 +35,8 @@ core::PageAssets monitor_assets(std::string_view script, std::uint16_t port)
 {
     core::PageAssets assets;
     assets.port = port;
-    for (auto const* style : {"monitor/dygraph.min.css", "view/tokens.css", "viewer/base.css", "monitor/monitor.css"})
+    for (auto const* style :
+         {"monitor/dygraph.min.css", "view/tokens.css", "viewer/base.css", "monitor/monitor.css"})
         assets.styles.push_back(find(style).content);
     for (auto const name : {std::string_view("dygraph.min.js"), std::string_view("live.js"),
                             std::string_view("operator.js"), script}) {
