@@ -108,6 +108,7 @@ HttpResponse Page::html(std::string_view session_server) const
     auto text = html_;
     replace(text, "{{nonce}}", nonce);
     replace(text, "{{imports}}", json::serialize(map));
+    replace(text, "{{view}}", http_address(session_server) + "/view");
     HttpResponse response(200, "text/html; charset=UTF-8", std::move(text));
     // Simulations may be anywhere: session servers name them. Scripts are ours and those of the session
     // server.

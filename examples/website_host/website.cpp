@@ -26,6 +26,9 @@ namespace {
 constexpr std::string_view download_path = "/ajax/download-project.php";
 constexpr std::string_view upload_path = "/ajax/upload-file.php";
 constexpr std::string_view sign_in_path = "/ajax/sign-in";
+constexpr std::string_view sign_out_path = "/ajax/sign-out";
+
+constexpr std::string_view cookie_attributes = "; Path=/; HttpOnly; SameSite=Strict";
 
 constexpr std::uint64_t max_form = std::uint64_t{64} << 10;
 constexpr std::uint64_t max_upload = std::uint64_t{2} << 20; // as PHP's upload_max_filesize
@@ -41,7 +44,7 @@ constexpr std::string_view too_many_guesses =
 
 bool is_script(std::string_view path)
 {
-    return path == download_path || path == upload_path || path == sign_in_path;
+    return path == download_path || path == upload_path || path == sign_in_path || path == sign_out_path;
 }
 
 /// Of a script.
@@ -50,6 +53,16 @@ HttpResponse answer(std::string text, int status = 200)
     HttpResponse response(status, "text/plain; charset=UTF-8", std::move(text));
     response.headers.emplace_back("X-Robots-Tag", "noindex");
     response.headers.emplace_back("Cache-Control", "no-store");
+    return response;
+}
+
+/// The browser forgets who it is. Other browsers of the same user stay signed in.
+HttpResponse signed_out()
+{
+    auto response = answer("OK");
+    for (auto const* const name : {"email", "password"})
+        response.headers.emplace_back("Set-Cookie",
+                                      std::string(name) + "=; Max-Age=0" + std::string(cookie_attributes));
     return response;
 }
 
@@ -237,6 +250,8 @@ asio::awaitable<HttpResponse> Website::run_script(Request const& request, Form f
         auto response = co_await upload(request, std::move(form));
         co_return response;
     }
+    if (request.path == sign_out_path)
+        co_return signed_out();
     auto response = co_await sign_in(std::string(request.quota_key), std::move(form));
     co_return response;
 }
@@ -307,10 +322,10 @@ asio::awaitable<HttpResponse> Website::sign_in(std::string client, Form form)
         if (email && password && *email == account.user.email &&
             equal_in_constant_time(account.user.password, *password)) {
             auto response = answer("OK");
-            constexpr std::string_view rest = "; Path=/; HttpOnly; SameSite=Strict";
+            response.headers.emplace_back("Set-Cookie", "email=" + percent_encoded(*email) +
+                                                            std::string(cookie_attributes));
             response.headers.emplace_back("Set-Cookie",
-                                          "email=" + percent_encoded(*email) + std::string(rest));
-            response.headers.emplace_back("Set-Cookie", "password=" + account.token + std::string(rest));
+                                          "password=" + account.token + std::string(cookie_attributes));
             co_return response;
         }
     guesses_.count_wrong(client,

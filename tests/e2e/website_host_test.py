@@ -151,9 +151,7 @@ class SecondDiagram(unittest.TestCase):
             self.assertEqual(self.session.get("/"), "1")
 
             # Who has not signed in can't: the user does.
-            for name, value in (("email", ADA["email"]), ("password", ADA["password"])):
-                browser.find_element("name", name).send_keys(value)
-            browser.find_element("css selector", "#sign-in button").click()
+            self.sign_in(browser)
             page.await_text("user", "Signed in as Ada")
             token = browser.execute_script("return webots.User1Authentication")
 
@@ -183,8 +181,7 @@ class SecondDiagram(unittest.TestCase):
             page.await_wire("heard", "world:")
 
             # U->>C: Run simulation; C->>SW1: Change simulation running mode
-            wait_until(lambda: browser.execute_script("return webots.currentView.state") == "paused", "it is not ready")
-            browser.execute_script("webots.currentView.play()")  # the button of the view is the view's own
+            wait_until(lambda: browser.execute_script("return webots.currentView.state") == "running", "it does not run by itself")
             self.assertEqual(page.await_wire("sent", "real-time:")[0][2], "real-time:600000")
             # loop: SW1->>C: Send simulation world status
             page.await_time(lambda time: time > 500)
@@ -235,6 +232,57 @@ class SecondDiagram(unittest.TestCase):
             browser.get("about:blank")
         # SS1->>SW1: Kill Webots
         simulation.wait_until_clean()
+
+    def sign_in(self, browser):
+        for name, value in (("email", ADA["email"]), ("password", ADA["password"])):
+            browser.find_element("name", name).send_keys(value)
+        browser.find_element("css selector", "#sign-in button").click()
+
+    def test_who_signs_out_is_a_visitor_again(self):
+        with open_browser(1280, 720) as browser:
+            page = Page(browser, self.website)
+            page.await_text("availability", "A machine is free.")
+            self.sign_in(browser)
+            page.await_text("user", "Signed in as Ada")
+            self.assertFalse(page.element("sign-in").is_displayed())
+            browser.find_element("css selector", "#sign-out button").click()
+            page.await_text("status", "You are signed out.")
+            self.assertTrue(page.element("sign-in").is_displayed())
+            self.assertFalse(browser.execute_script("return webots.User1Authentication"))
+            browser.refresh()
+            page.await_text("availability", "A machine is free.")
+            self.assertTrue(page.element("sign-in").is_displayed())
+
+    def test_the_button_leaves_the_line_while_one_waits(self):
+        port = free_port()
+        with WebsiteHost(f"ws://localhost:{port}") as website:
+            session = self.enterContext(SessionServer([self.overloaded.address], port=port, relay=True, waitingRoom=5))
+            with open_browser(1280, 720) as browser:
+                page = Page(browser, website)
+                page.press("start")
+                wait_until(lambda: browser.execute_script("return webots.currentView.state") == "waiting", session.log)
+                self.assertEqual(page.element("start").text, "Leave the line")
+                self.assertFalse(accessibility_findings(browser))
+                page.press("start")
+                wait_until(lambda: browser.execute_script("return webots.currentView.state") == "idle", session.log)
+                self.assertEqual(page.element("start").text, "Start")
+                self.assertEqual(len(page.wire("sent", '{"init"')), 1, "it has asked for another place")
+
+    def test_every_screen_shows_the_robots_and_the_button_without_scrolling(self):
+        for width, height in ((1440, 900), (1280, 720), (390, 844), (844, 390)):
+            with open_browser(width, height) as browser:
+                if browser.execute_script("return innerWidth") != width:
+                    continue  # Windows of Firefox are at least 450 pixels wide.
+                page = Page(browser, self.website)
+                page.await_text("availability", "A machine is free.")
+                boxes = browser.execute_script("return ['start', 'view', 'poster'].map((id) => document.getElementById(id).getBoundingClientRect().toJSON())")
+                start, view, poster = boxes
+                if height > 480:  # There the forms need the screen, and one scrolls to the simulation.
+                    self.assertLessEqual(start["bottom"], height)
+                self.assertGreaterEqual(view["height"], height * 0.6)
+                self.assertLess(abs(poster["height"] - view["height"]), 3)
+                self.assertEqual(browser.execute_script("return document.documentElement.scrollWidth"), width)
+                self.assertFalse(accessibility_findings(browser))
 
     def test_the_editor_is_codemirror_and_without_it_there_is_a_text_field(self):
         with open_browser(1280, 900) as browser:

@@ -225,6 +225,13 @@ class Hostile(WebsiteHostTest):
         self.assertEqual([project["name"] for project in site["projects"]], ["robots", "patrol"])
         self.assertNotIn("own", json.dumps(site), "a password")
 
+    def test_who_signs_out_leaves_no_cookie_and_others_can_not_do_it_for_them(self):
+        status, headers, _ = self.website.post("/ajax/sign-out", {"leave": "yes"}, Cookie=self.ada)
+        self.assertEqual(status, 200)
+        self.assertEqual(headers.get_all("Set-Cookie"), [f"{name}=; Max-Age=0; Path=/; HttpOnly; SameSite=Strict" for name in ("email", "password")])
+        status, headers, _ = self.website.post("/ajax/sign-out", {"leave": "yes"}, Cookie=self.ada, Origin="http://elsewhere.org")
+        self.assertEqual((status, headers.get_all("Set-Cookie")), (403, None))
+
     def test_the_key_is_made_once_and_for_its_owner_alone(self):
         key = self.website.key
         self.assertRegex(key, "^[0-9a-f]{32}$")

@@ -278,7 +278,7 @@ if (FOLDER === undefined) {
         await website.waitForSelector('#start');
         await shoot(website, size, look, 'website-idle', { fullPage: true });
         await website.click('#start');
-        await website.waitForFunction(() => globalThis.webots?.currentView?.state === 'paused'); // until somebody presses play
+        await website.waitForFunction(() => globalThis.webots?.currentView?.state === 'running');
         await website.waitForSelector('#editor :text("robot")');
         await shoot(website, size, look, 'website-running', { fullPage: true });
       });

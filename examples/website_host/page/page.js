@@ -8,7 +8,7 @@ const say = (text, isProblem = false) => {
   element('status').classList.toggle('problem', isProblem);
 };
 
-// How it is shown: `?mode=mjpeg` for a picture; by default the browser draws, where it can.
+// How it is shown: `?mode=w3d` for a scene that the browser draws; by default it is a picture.
 const MODE = new URLSearchParams(location.search).get('mode') ?? undefined;
 
 const files = new Map(); // texts of the controller's files, by name
@@ -30,6 +30,7 @@ async function main() {
   element('hint').textContent = site.hint;
   showUser();
   element('sign-in').addEventListener('submit', signIn);
+  element('sign-out').addEventListener('submit', signOut);
   element('start').addEventListener('click', start);
   element('save').addEventListener('click', save);
   element('reset').addEventListener('click', () => {
@@ -53,16 +54,19 @@ async function getSite() {
 async function loadView() {
   const folder = `${site.sessionServer.replace(/^ws/, 'http')}/view`;
   try {
-    const modules = ['webots_view.js', 'availability.js', 'texts.js'].map((name) => import(`${folder}/${name}`));
-    const [{ View }, { Availability, siteText }, { loadTexts }] = await Promise.all(modules);
+    const modules = ['webots_view.js', 'availability.js', 'poster.js', 'texts.js'].map((name) => import(`${folder}/${name}`));
+    const [{ View }, { Availability, siteText }, { showPoster }, { loadTexts }] = await Promise.all(modules);
     await loadTexts();
+    showPoster(element('poster'));
     view = new View(element('view'), matchMedia('(pointer: coarse)').matches);
     const show = (_, state) => element('availability').textContent = siteText(state);
     new Availability(show).follow(`${site.sessionServer}/`);
   } catch (error) {
     throw new Error(`The session server at ${folder} can not be reached. Please try again later.`, { cause: error });
   }
-  view.showQuit = false; // there is a button of the page
+  view.showQuit = false; // there is a button of the page, which starts, too
+  view.offersStart = false;
+  view.runOnLoad = true;
   view.setTimeout(600);
   view.onready = () => view.getController(project.controller);
   view.oncontroller = receiveFile;
@@ -73,7 +77,7 @@ async function loadView() {
 function showUser() {
   const { user } = site;
   element('sign-in').hidden = user !== undefined;
-  element('user').hidden = user === undefined;
+  element('sign-out').hidden = user === undefined;
   element('user').textContent = user === undefined ? '' : `Signed in as ${user.name}`;
   // Sent to the simulation server, which asks this website for the user's project.
   Object.assign(globalThis.webots ??= {}, { User1Id: user?.id, User1Name: user?.name, User1Authentication: user?.authentication });
@@ -87,16 +91,32 @@ async function signIn(event) {
   site = await getSite();
   showUser();
   refresh();
-  say(isRunning() ? 'You are signed in. Stop and start the simulation to change its controller.' : 'You are signed in.');
+  say(isOpen() ? 'You are signed in. Stop and start the simulation to change its controller.' : 'You are signed in.');
 }
 
-const isRunning = () => view !== null && ['starting', 'paused', 'running', 'fast'].includes(view.state);
+async function signOut(event) {
+  event.preventDefault();
+  const response = await fetch('/ajax/sign-out', { method: 'POST', body: new URLSearchParams(new FormData(event.target)) });
+  if (!response.ok)
+    return say(await response.text(), true);
+  site = await getSite();
+  showUser();
+  refresh();
+  say('You are signed out.');
+}
 
-function start() {
-  if (isRunning()) {
+const WORDS = { starting: 'Cancel', waiting: 'Leave the line', paused: 'Stop', running: 'Stop', fast: 'Stop', lost: 'Stop' };
+const isOpen = () => view !== null && view.state in WORDS;
+const isRunning = () => isOpen() && !['starting', 'waiting'].includes(view.state);
+
+function start({ detail: clicks }) {
+  if (clicks > 1)
+    return; // a second click, which would undo the first
+  if (isOpen()) {
     view.close();
     return;
   }
+  element('poster')?.remove(); // the view has its own
   project = site.projects.find(({ name }) => name === element('project').value);
   files.clear();
   element('file').replaceChildren();
@@ -144,11 +164,12 @@ async function save() {
 function refresh() {
   const mayEdit = isRunning() && site.user !== undefined && files.size > 0;
   element('start').disabled = view === null;
-  element('start').textContent = isRunning() ? 'Stop' : 'Start';
-  element('project').disabled = isRunning();
+  element('start').textContent = isOpen() ? WORDS[view.state] : 'Start';
+  element('start').classList.toggle('leave', isOpen());
+  element('project').disabled = isOpen();
   element('file').disabled = files.size < 2 || changed;
   element('save').disabled = !mayEdit || !changed;
-  element('reset').disabled = !isRunning() || view.state === 'starting';
+  element('reset').disabled = !isRunning();
   if (editor !== null)
     editor.readOnly = !mayEdit;
 }
