@@ -32,7 +32,8 @@ std::string part(std::string const& jpeg)
 } // namespace
 
 StreamingServer::StreamingServer(asio::io_context& context, Options const& options)
-    : context_(context), options_(options), simulator_(options, *this, print_line),
+    : context_(context), options_(options), programs_(context),
+      simulator_(options, *this, programs_, print_line),
       extern_consoles_(context, [this](std::string const& line) { simulator_.say(line); }),
       acceptor_(context), accept_pause_(context), tick_timer_(context), picture_timer_(context)
 {}
@@ -131,7 +132,7 @@ std::string StreamingServer::answer_file(FileRequest const& request) const
 
 std::string StreamingServer::answer_controller(std::string_view) const
 {
-    // The robots' controllers are built in, so that no extern controller is waited for.
+    // No extern controller over the network is waited for.
     return simulator_.is_loaded() ? "FAILED" : "PROCESSING";
 }
 

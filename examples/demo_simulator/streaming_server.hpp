@@ -3,6 +3,7 @@
 #include "command_line.hpp"
 #include "connection.hpp"
 #include "extern_consoles.hpp"
+#include "python_programs.hpp"
 #include "simulator.hpp"
 
 #include <boost/asio/io_context.hpp>
@@ -69,6 +70,7 @@ private:
 
     boost::asio::io_context& context_;
     Options const& options_;
+    PythonPrograms programs_;
     Simulator simulator_;
     ExternConsoles extern_consoles_;
     boost::asio::ip::tcp::acceptor acceptor_;
