@@ -16,6 +16,20 @@ double nearness(Robot const& robot, std::size_t sensor)
     return 1 - robot.distances[sensor] / sensor_range;
 }
 
+bool is_programmed(Robot const& robot)
+{
+    return !robot.description.program.empty();
+}
+
+/// Metres per second. A motor that turns to a position slows down in the last step, so as to meet it.
+double driven_speed(WheelDrive const& wheel, double turned, double seconds)
+{
+    if (std::isinf(wheel.position))
+        return wheel_radius * wheel.velocity;
+    double const reach = std::abs(wheel.velocity) * seconds;
+    return wheel_radius * std::clamp(wheel.position - turned, -reach, reach) / seconds;
+}
+
 } // namespace
 
 Arena::Arena(World world) : world_(std::move(world))
@@ -49,22 +63,48 @@ std::vector<std::string> Arena::step()
 {
     time_ += world_.time_step;
     for (std::size_t i = 0; i < robots_.size(); ++i)
-        steer(i);
+        is_programmed(robots_[i]) ? obey(robots_[i]) : steer(i);
     for (Robot& robot : robots_)
         move(robot);
     separate();
     std::vector<std::string> remarks;
     for (std::size_t i = 0; i < robots_.size(); ++i) {
         sense(i);
-        Robot& robot = robots_[i];
-        if (nearness(robot, ahead) < 0.5 || time_ < robot.next_remark)
-            continue;
-        robot.next_remark = time_ + quiet_time;
-        Sighting const sighting = look(i, 0);
-        if (sighting.what)
-            remarks.push_back("robot " + robot.description.name + ": " + *sighting.what + " ahead");
+        if (std::string text = remark(i); !text.empty())
+            remarks.push_back(std::move(text));
     }
     return remarks;
+}
+
+/// What a robot says of its own accord. Where a program drives it, that is the program's business, except for
+/// the success.
+std::string Arena::remark(std::size_t index)
+{
+    Robot& robot = robots_[index];
+    if (is_programmed(robot)) {
+        if (!arrives(robot))
+            return {};
+        auto const tenths = (time_ + 50) / 100;
+        return "You did it: " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " s" +
+               (robots_.size() > 1 ? " (" + robot.description.name + ")" : "");
+    }
+    if (nearness(robot, ahead) < 0.5 || time_ < robot.next_remark)
+        return {};
+    robot.next_remark = time_ + quiet_time;
+    Sighting const sighting = look(index, 0);
+    return sighting.what ? "robot " + robot.description.name + ": " + *sighting.what + " ahead" : "";
+}
+
+bool Arena::arrives(Robot& robot) const
+{
+    auto const& goals = world_.goals;
+    if (robot.has_arrived)
+        return false;
+    robot.has_arrived = std::any_of(goals.begin(), goals.end(), [&robot](GoalDescription const& goal) {
+        Point const local = goal.outline.to_local(robot.pose.position);
+        return std::abs(local.x) <= goal.outline.half.x && std::abs(local.y) <= goal.outline.half.y;
+    });
+    return robot.has_arrived;
 }
 
 Arena::Sighting Arena::look(std::size_t index, double angle) const
@@ -121,6 +161,13 @@ void Arena::steer(std::size_t index)
     robot.speed = {speed * (forward - turn), speed * (forward + turn)};
 }
 
+void Arena::obey(Robot& robot) const
+{
+    double const seconds = world_.time_step / 1000.0;
+    robot.speed = {driven_speed(robot.drive.left, robot.turned.left, seconds),
+                   driven_speed(robot.drive.right, robot.turned.right, seconds)};
+}
+
 void Arena::move(Robot& robot) const
 {
     double const seconds = world_.time_step / 1000.0;
@@ -129,10 +176,10 @@ void Arena::move(Robot& robot) const
     // Along the chord of the arc, so that big time steps do not spiral outwards.
     robot.pose.position = robot.pose.position + travelled * unit(robot.pose.heading + turned / 2);
     robot.pose.heading = std::remainder(robot.pose.heading + turned, 2 * std::numbers::pi);
-    robot.rotation.left =
-        std::remainder(robot.rotation.left + robot.speed.left / wheel_radius * seconds, 2 * std::numbers::pi);
-    robot.rotation.right = std::remainder(robot.rotation.right + robot.speed.right / wheel_radius * seconds,
-                                          2 * std::numbers::pi);
+    robot.turned.left += robot.speed.left / wheel_radius * seconds;
+    robot.turned.right += robot.speed.right / wheel_radius * seconds;
+    robot.rotation = {std::remainder(robot.turned.left, 2 * std::numbers::pi),
+                      std::remainder(robot.turned.right, 2 * std::numbers::pi)};
 }
 
 /// Moves overlapping robots apart, then out of boxes and walls. Walls come last: they never give way.

@@ -174,10 +174,25 @@ std::string save_controller_file(fs::path const& world_file, std::string const& 
     return {};
 }
 
+void find_programs(World& world, fs::path const& world_file)
+{
+    for (auto& robot : world.robots) {
+        robot.program.clear();
+        if (!robot.may_be_programmed || !is_plain_name(robot.controller))
+            continue;
+        auto file = folder_of(world_file, robot.controller) / (robot.controller + ".py");
+        std::error_code error;
+        if (fs::is_regular_file(fs::symlink_status(file, error)))
+            robot.program = std::move(file);
+    }
+}
+
 void read_cruise(World& world, fs::path const& world_file)
 {
     std::map<std::string, double> known;
     for (auto& robot : world.robots) {
+        if (!robot.program.empty())
+            continue;
         auto const [entry, is_new] = known.emplace(robot.controller, default_cruise);
         if (is_new)
             entry->second = read_cruise(world, world_file, robot.controller);

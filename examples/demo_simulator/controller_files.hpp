@@ -25,9 +25,11 @@ std::vector<ControllerFile> controller_files(std::filesystem::path const& world_
 std::string save_controller_file(std::filesystem::path const& world_file, std::string const& controller,
                                  std::string const& file, std::string_view content);
 
-/// Has each robot drive as fast as its controller says: a line `CRUISE = <number>` of
-/// `controllers/<name>/<name>.py`, in radians per second. This is all that is read of scripts: they need
-/// Webots to run. Adds to the warnings of the world.
+/// Finds the program of each robot that may have one: `controllers/<name>/<name>.py`.
+void find_programs(World& world, std::filesystem::path const& world_file);
+
+/// Has each robot that drives itself do so as fast as its controller says: a line `CRUISE = <number>` of
+/// `controllers/<name>/<name>.py`, in radians per second. Adds to the warnings of the world.
 void read_cruise(World& world, std::filesystem::path const& world_file);
 
 } // namespace webots_cloud::demo

@@ -83,6 +83,12 @@ void draw_floor(Canvas& canvas, World const& world)
     }
 }
 
+void draw_goals(Canvas& canvas, World const& world)
+{
+    for (GoalDescription const& goal : world.goals)
+        canvas.box(goal.outline, 0, goal.colour, 0.8);
+}
+
 void draw_sky(cairo_t* context, int width, int height)
 {
     std::unique_ptr<cairo_pattern_t, decltype(&cairo_pattern_destroy)> const sky(
@@ -306,6 +312,7 @@ std::string Picture::draw(Arena const& arena, Mode mode)
     cairo_set_source_surface(canvas.raw(), background_->surface.get(), 0, 0);
     cairo_paint(canvas.raw());
     double const font = std::clamp(std::min(width_, height_) / 30.0, 9.0, 26.0);
+    draw_goals(canvas, world);
     draw_shadows(canvas, arena);
     for (Robot const& robot : arena.robots())
         draw_sensor_rays(canvas, robot);

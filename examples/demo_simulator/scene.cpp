@@ -76,6 +76,8 @@ public:
         text_ += "<DirectionalLight" + id(4) + quoted("direction", "0.4 0.5 -1") + quoted("intensity", "2") +
                  "></DirectionalLight>\n";
         write_room();
+        for (GoalDescription const& goal : world.goals)
+            write_box(goal.name, goal.outline, 0.002, goal.colour);
         for (BoxDescription const& box : world.boxes)
             write_box(box.name, box.outline, box.height, box.colour);
         for (std::size_t i = 0; i < arena_.robots().size(); ++i)

@@ -19,8 +19,9 @@ constexpr std::size_t max_listed_worlds = 100;
 
 } // namespace
 
-Simulator::Simulator(Options const& options, Audience& audience, std::function<void(std::string_view)> print)
-    : options_(options), audience_(audience), print_(std::move(print)),
+Simulator::Simulator(Options const& options, Audience& audience, Programs& programs,
+                     std::function<void(std::string_view)> print)
+    : options_(options), audience_(audience), programs_(programs), print_(std::move(print)),
       world_file_(std::filesystem::absolute(options.world).lexically_normal()), playback_(options.mode)
 {}
 
@@ -28,12 +29,14 @@ void Simulator::load()
 {
     broadcast("loading:Parsing nodes:0");
     World world = world_from_file(world_file_);
+    find_programs(world, world_file_);
     read_cruise(world, world_file_);
     for (std::string const& warning : world.warnings)
         say("demo simulator: " + warning);
     if (!arena_) // controllers go on when the world is loaded again
         start_controllers(world, world_file_);
     arena_.emplace(std::move(world));
+    start_programs();
     broadcast("loading:Finalizing nodes:100");
     for (auto const& [id, client] : clients_)
         if (client.joined)
@@ -98,6 +101,7 @@ void Simulator::on(ClientId client, message::Pause)
 
 void Simulator::on(ClientId client, message::Run const& run)
 {
+    wants_single_step_ = false;
     playback_.set_deadline(now(), run.duration);
     set_mode(run.fast ? Mode::fast : Mode::real_time);
     print_(playback_.state_name());
@@ -108,9 +112,8 @@ void Simulator::on(ClientId client, message::Step)
 {
     print_("step");
     set_mode(Mode::pause);
-    for (std::string const& remark : arena_->step())
-        say(remark);
-    publish_state();
+    wants_single_step_ = true;
+    do_single_step();
     print_("pause");
     send(client, "paused by client");
 }
@@ -125,6 +128,7 @@ void Simulator::on(ClientId, message::Reset)
     // Controllers start again, so that what has been changed in them counts.
     World world = arena_->world();
     world.warnings.clear();
+    find_programs(world, world_file_);
     read_cruise(world, world_file_);
     for (std::string const& warning : world.warnings)
         say("demo simulator: " + warning);
@@ -133,6 +137,7 @@ void Simulator::on(ClientId, message::Reset)
     print_("reset");
     publish_state();
     broadcast("reset finished");
+    start_programs();
 }
 
 void Simulator::on(ClientId, message::Reload)
@@ -228,12 +233,70 @@ int Simulator::tick_time() const
 
 void Simulator::advance(int count)
 {
-    for (int i = 0; i < count && is_running() && !playback_.must_pause(now()); ++i)
-        for (std::string const& remark : arena_->step())
-            say(remark);
-    publish_state();
+    due_steps_ = count;
+    do_due_steps();
+    if (now() != published_time_)
+        publish_state();
     if (playback_.must_pause(now()))
         pause_at_deadline();
+}
+
+void Simulator::do_due_steps()
+{
+    for (; due_steps_ > 0 && is_running() && !playback_.must_pause(now()) && lock_step_.may_step();
+         --due_steps_)
+        step();
+}
+
+void Simulator::do_single_step()
+{
+    if (!wants_single_step_ || is_running() || !lock_step_.may_step())
+        return;
+    wants_single_step_ = false;
+    step();
+    publish_state();
+}
+
+void Simulator::step()
+{
+    for (std::string const& remark : arena_->step())
+        say(remark);
+    for (std::size_t const robot : lock_step_.due(now()))
+        programs_.answer(robot, measurements(*arena_, robot));
+}
+
+void Simulator::start_programs()
+{
+    due_steps_ = 0;
+    wants_single_step_ = false;
+    auto const& robots = arena_->world().robots;
+    lock_step_.reset(robots.size());
+    std::vector<Program> programs;
+    for (std::size_t i = 0; i < robots.size(); ++i) {
+        if (robots[i].program.empty())
+            continue;
+        lock_step_.begin(i);
+        programs.push_back(
+            {i, robots[i].controller, robots[i].program, greeting(arena_->world(), robots[i])});
+    }
+    programs_.start(std::move(programs), *this);
+}
+
+void Simulator::step_requested(std::size_t robot, StepRequest const& request)
+{
+    if (!lock_step_.ask(robot, now(), request.duration))
+        return programs_.end(robot, "it sent a message out of turn");
+    arena_->drive(robot, request.drive);
+    do_single_step();
+    do_due_steps();
+}
+
+void Simulator::program_ended(std::size_t robot)
+{
+    lock_step_.end(robot);
+    arena_->drive(robot, {});
+    do_single_step();
+    do_due_steps();
 }
 
 void Simulator::pause_at_deadline()
@@ -275,7 +338,7 @@ void Simulator::welcome(ClientId client)
     }
     send_world(client);
     for (std::string const& line : console_)
-        send(client, "stdout:" + line);
+        send(client, line);
 }
 
 void Simulator::send_world(ClientId client)
@@ -318,14 +381,14 @@ std::vector<std::string> Simulator::extern_robots() const
     return names;
 }
 
-void Simulator::say(std::string const& line)
+void Simulator::say(std::string const& line, Output output)
 {
     if (options_.echo_console)
         print_(line);
-    console_.push_back(line);
+    console_.push_back((output == Output::standard ? "stdout:" : "stderr:") + line);
     if (console_.size() > console_memory)
         console_.pop_front();
-    broadcast("stdout:" + line);
+    broadcast(console_.back());
 }
 
 /// A line of the simulator itself: goes to the process's stdout.
@@ -336,6 +399,7 @@ void Simulator::log(std::string const& line)
 
 void Simulator::publish_state()
 {
+    published_time_ = now();
     if (streams_pictures())
         audience_.picture_changed();
     else if (!clients_.empty())
@@ -355,6 +419,7 @@ void Simulator::change_world(std::filesystem::path const& file)
 {
     try {
         World world = world_from_file(file);
+        find_programs(world, file);
         read_cruise(world, file);
         Arena fresh(std::move(world));
         broadcast("delete world");
@@ -371,6 +436,7 @@ void Simulator::change_world(std::filesystem::path const& file)
     for (auto const& [id, client] : clients_)
         if (client.joined)
             streams_pictures() ? send_world(id) : welcome(id);
+    start_programs();
     audience_.mode_changed();
     audience_.picture_changed();
 }

@@ -5,6 +5,7 @@
 #include "command_line.hpp"
 #include "picture.hpp"
 #include "playback.hpp"
+#include "programs.hpp"
 
 #include <cstdint>
 #include <deque>
@@ -39,11 +40,12 @@ public:
 };
 
 /// The simulation and its conversation with the clients: knows the protocol, and neither sockets nor clocks.
-class Simulator
+class Simulator : private ProgramListener
 {
 public:
-    /// `print` writes one line to stdout. Both references must outlive the simulator.
-    Simulator(Options const& options, Audience& audience, std::function<void(std::string_view)> print);
+    /// `print` writes one line to stdout. All references must outlive the simulator.
+    Simulator(Options const& options, Audience& audience, Programs& programs,
+              std::function<void(std::string_view)> print);
 
     /// Loads the world that the options name. Throws std::runtime_error with a sentence.
     void load();
@@ -62,14 +64,15 @@ public:
     /// Milliseconds that so many steps simulate.
     int tick_time() const;
 
-    /// Does up to `count` steps, fewer when the deadline comes first, and tells the clients.
+    /// Does up to `count` steps, fewer when the deadline comes first, and tells the clients. While a program
+    /// computes, the rest waits for it until the next call.
     void advance(int count);
 
     /// Draws the present state; announces its time to every client. Only after load().
     std::string draw_picture();
 
     /// A line of a robot: goes to the browsers' consoles.
-    void say(std::string const& line);
+    void say(std::string const& line, Output output = Output::standard);
 
     /// Names of the robots whose controllers somebody else starts. Only after load().
     std::vector<std::string> extern_robots() const;
@@ -103,6 +106,15 @@ private:
     void on(ClientId client, message::SetController const& change);
     void on(ClientId client, message::Unsupported) { (void)client; }
 
+    // ProgramListener
+    void step_requested(std::size_t robot, StepRequest const& request) override;
+    void program_ended(std::size_t robot) override;
+    void program_printed(std::string const& line, Output output) override { say(line, output); }
+
+    void start_programs();
+    void step();
+    void do_due_steps();
+    void do_single_step();
     void welcome(ClientId client);
     void send_world(ClientId client);
     void send(ClientId client, std::string text);
@@ -118,13 +130,18 @@ private:
 
     Options const& options_;
     Audience& audience_;
+    Programs& programs_;
     std::function<void(std::string_view)> print_;
     std::filesystem::path world_file_;
     Playback playback_;
     std::optional<Arena> arena_;
+    LockStep lock_step_;
+    int due_steps_ = 0;                ///< of the last advance(), which wait for a program
+    bool wants_single_step_ = false;   ///< waits for a program
+    std::int64_t published_time_ = -1; ///< of the last state that the clients were told
     Picture picture_;
     std::map<ClientId, Client> clients_; ///< ids grow, so the first entry connected first
-    std::deque<std::string> console_;    ///< recent lines, for clients that join later
+    std::deque<std::string> console_;    ///< recent lines as they were sent, for clients that join later
     std::optional<Point> mouse_at_;      ///< while a button is down
 };
 

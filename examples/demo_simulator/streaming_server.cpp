@@ -32,7 +32,8 @@ std::string part(std::string const& jpeg)
 } // namespace
 
 StreamingServer::StreamingServer(asio::io_context& context, Options const& options)
-    : context_(context), options_(options), simulator_(options, *this, print_line),
+    : context_(context), options_(options), programs_(context),
+      simulator_(options, *this, programs_, print_line),
       extern_consoles_(context, [this](std::string const& line) { simulator_.say(line); }),
       acceptor_(context), accept_pause_(context), tick_timer_(context), picture_timer_(context)
 {}

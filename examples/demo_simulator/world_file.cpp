@@ -85,6 +85,7 @@ void read_robot(World& world, vrml::Node const& node)
     robot.pose = {floor_position(node), heading(node)};
     robot.colour = colour(node, palette[index % palette.size()]);
     robot.controller = word(node, "controller", "avoid_walls");
+    robot.may_be_programmed = node.type == "TwoWheeledRobot" && !word(node, "controller", "").empty();
     world.robots.push_back(std::move(robot));
 }
 
@@ -100,6 +101,19 @@ void read_box(World& world, vrml::Node const& node)
     box.height = number(node, "size", 2, 0.1, 0.01, 5);
     box.colour = colour(node, {0.76, 0.60, 0.42});
     world.boxes.push_back(std::move(box));
+}
+
+void read_goal(World& world, vrml::Node const& node)
+{
+    if (world.goals.size() == max_goals)
+        return;
+    GoalDescription goal;
+    goal.name = word(node, "name", "goal");
+    goal.outline.pose = {floor_position(node), heading(node)};
+    goal.outline.half = {number(node, "size", 0, 0.3, 0.01, 50) / 2,
+                         number(node, "size", 1, 0.3, 0.01, 50) / 2};
+    goal.colour = colour(node, {0.3, 0.75, 0.4});
+    world.goals.push_back(std::move(goal));
 }
 
 void read_controller(World& world, vrml::Node const& node)
@@ -120,6 +134,8 @@ void read_node(World& world, vrml::Node const& node)
         read_arena(world, node, "size");
     else if (node.type.ends_with("Box") || node.type == "Wall")
         read_box(world, node);
+    else if (node.type == "Goal")
+        read_goal(world, node);
     else if (is_robot(node))
         read_robot(world, node);
 }

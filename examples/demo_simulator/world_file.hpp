@@ -25,6 +25,8 @@ struct RobotDescription
     Pose pose;
     Colour colour;
     std::string controller;         ///< Its name.
+    bool may_be_programmed = false; ///< A TwoWheeledRobot whose controller the world names.
+    std::filesystem::path program;  ///< The Python program that drives it; empty: it drives itself.
     double cruise = default_cruise; ///< How fast its wheels turn on a free way, radians per second.
 };
 
@@ -34,6 +36,14 @@ struct BoxDescription
     std::string name;
     Rectangle outline;
     double height = 0.1; ///< metres
+    Colour colour;
+};
+
+/// A place on the floor that a robot whose program finds the way is praised for.
+struct GoalDescription
+{
+    std::string name;
+    Rectangle outline;
     Colour colour;
 };
 
@@ -48,12 +58,14 @@ struct World
     double wall_height = 0.12;
     std::vector<RobotDescription> robots; ///< at least one
     std::vector<BoxDescription> boxes;
+    std::vector<GoalDescription> goals;
     std::vector<std::string> controllers; ///< names, also those of robots without a body (supervisors)
     std::vector<std::string> warnings;    ///< sentences for the console
 };
 
 inline constexpr std::size_t max_robots = 16;
 inline constexpr std::size_t max_boxes = 64;
+inline constexpr std::size_t max_goals = 8;
 inline constexpr std::size_t max_controllers = 16;
 
 /// Builds a world from the text of a world file. Never fails: what cannot be read is left at its default

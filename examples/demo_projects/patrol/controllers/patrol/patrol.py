@@ -1,7 +1,4 @@
-"""Drives a robot round a block. Change CRUISE, save, and reset the simulation.
-
-Webots runs this file; the demo simulator has the same behaviour built in, and reads no more of it than CRUISE.
-"""
+"""Drives a robot round a block. Change what you like, save, and reset the simulation."""
 from controller import Robot
 
 SENSORS = 7

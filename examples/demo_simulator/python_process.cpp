@@ -1,0 +1,155 @@
+#include "python_process.hpp"
+
+#include "controller_module.hpp"
+
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace webots_cloud::demo {
+namespace {
+
+constexpr int first_unused = 4; ///< stdin, stdout, stderr and the socket are before it
+
+int checked(int result, char const* what)
+{
+    if (result < 0)
+        throw std::system_error(errno, std::generic_category(), what);
+    return result;
+}
+
+/// What Python reads on its stdin. A file in memory: a pipe may be too small for it.
+OpenFile module_on_stdin()
+{
+    OpenFile file(checked(::memfd_create("controller.py", MFD_CLOEXEC), "memfd_create"));
+    std::string_view const text = controller_module;
+    if (::write(file.number(), text.data(), text.size()) != static_cast<ssize_t>(text.size()))
+        throw std::system_error(ENOSPC, std::generic_category(), "memfd");
+    checked(static_cast<int>(::lseek(file.number(), 0, SEEK_SET)), "lseek");
+    return file;
+}
+
+std::pair<OpenFile, OpenFile> new_pipe()
+{
+    int ends[2];
+    checked(::pipe2(ends, O_CLOEXEC), "pipe2");
+    std::pair<OpenFile, OpenFile> pipe{OpenFile(ends[0]), OpenFile(ends[1])};
+    checked(::fcntl(ends[0], F_SETFL, O_NONBLOCK), "fcntl");
+    return pipe;
+}
+
+std::pair<OpenFile, OpenFile> new_socket_pair()
+{
+    int ends[2];
+    checked(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends), "socketpair");
+    return {OpenFile(ends[0]), OpenFile(ends[1])};
+}
+
+struct Child
+{
+    int files[first_unused]; ///< which become 0, 1, 2, 3
+    char const* folder;
+    char* const* arguments;
+    pid_t parent;
+};
+
+/// Between fork and exec: nothing but system calls.
+[[noreturn]] void become_python(Child child)
+{
+    constexpr int out_of_the_way = 10;
+    ::setpgid(0, 0);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    std::signal(SIGPIPE, SIG_DFL);
+    bool ready = ::getppid() == child.parent && ::chdir(child.folder) == 0;
+    for (int& file : child.files)
+        ready = ready && (file = ::fcntl(file, F_DUPFD, out_of_the_way)) >= 0;
+    for (int i = 0; i < first_unused; ++i)
+        ready = ready && ::dup2(child.files[i], i) == i;
+    // Sockets of the simulator, which are not closed by themselves.
+    if (ready && ::close_range(first_unused, ~0U, 0) != 0)
+        for (int file = first_unused; file < 4096; ++file)
+            ::close(file);
+    if (ready)
+        ::execv(child.arguments[0], child.arguments);
+    ::_exit(127);
+}
+
+} // namespace
+
+OpenFile& OpenFile::operator=(OpenFile&& other) noexcept
+{
+    std::swap(number_, other.number_);
+    return *this;
+}
+
+OpenFile::~OpenFile()
+{
+    if (number_ >= 0)
+        ::close(number_);
+}
+
+int OpenFile::release()
+{
+    return std::exchange(number_, -1);
+}
+
+std::optional<std::string> find_python()
+{
+    char const* const path = std::getenv("PATH");
+    std::string_view rest = path && *path ? path : "/usr/local/bin:/usr/bin:/bin";
+    while (!rest.empty()) {
+        auto const folder = rest.substr(0, rest.find(':'));
+        rest.remove_prefix(std::min(rest.size(), folder.size() + 1));
+        auto program = std::string(folder) + "/python3";
+        if (folder.starts_with('/') && ::access(program.c_str(), X_OK) == 0)
+            return program;
+    }
+    return std::nullopt;
+}
+
+PythonProcess start_python(std::string const& python, std::filesystem::path const& program)
+{
+    OpenFile const in = module_on_stdin();
+    auto [output, write_output] = new_pipe();
+    auto [errors, write_errors] = new_pipe();
+    auto [ours, theirs] = new_socket_pair();
+    auto const folder = program.parent_path().string();
+    // Unbuffered, without files of compiled modules in the project, and with UTF-8 in every locale.
+    std::string words[] = {python, "-u", "-B", "-X", "utf8", "-", program.filename().string()};
+    char* arguments[std::size(words) + 1] = {};
+    for (std::size_t i = 0; i < std::size(words); ++i)
+        arguments[i] = words[i].data();
+    Child const child{{in.number(), write_output.number(), write_errors.number(), theirs.number()},
+                      folder.c_str(),
+                      arguments,
+                      ::getpid()};
+    pid_t const id = checked(::fork(), "fork");
+    if (id == 0)
+        become_python(child);
+    ::setpgid(id, id); // whoever comes first
+    return {id, std::move(ours), std::move(output), std::move(errors)};
+}
+
+std::string ending(int status)
+{
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
+        return "exited successfully";
+    if (WIFEXITED(status))
+        return "exited with status " + std::to_string(WEXITSTATUS(status));
+    int const signal = WTERMSIG(status);
+    return "was ended by signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
+}
+
+} // namespace webots_cloud::demo
