@@ -75,6 +75,9 @@ struct SessionServiceConfig
     /// `/machine/...` to machines that were found. Default: where an entry of `simulationServers` has
     /// `internal`.
     bool gateway = false;
+    /// `controllerPort`: where controllers connect that are passed on to machines
+    /// (`ServerSpec::controllers`); 0: nowhere.
+    std::uint16_t controller_port = 0;
     /// `relay`: the session server takes `/client` itself, finds a machine when a browser asks for a
     /// simulation, and relays. Otherwise `/session` answers the address of a machine.
     bool relay = false;

@@ -49,6 +49,9 @@ struct ServerSpec
     /// More ports of that machine that the gateway passes on, the first and the last. 0: none.
     std::uint16_t first_port = 0;
     std::uint16_t last_port = 0;
+    /// Where it takes controllers from other machines: `10.0.0.2:2900`, by plain TCP. Those whose address has
+    /// its port, as in `2000/<key>/<robot>`, are passed on there. Empty: none are.
+    std::string controllers;
     /// Its operator is trusted like our own: the gateway passes on passwords for its monitor, and lets
     /// editors of its simulations have the origin of the site.
     bool trusted = false;

@@ -10,6 +10,7 @@
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/controllers.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/websocket_client.hpp>
@@ -74,7 +75,7 @@ struct SessionServiceHooks
 ///
 /// Lifetime: everything passed by reference must outlive the service.
 /// Thread-safety: one executor.
-class SessionService final : public Endpoint
+class SessionService final : public Endpoint, public ControllerDoor
 {
 public:
     SessionService(SessionServiceParams params, Fleet& fleet, LoadMonitor& monitor, Scheduler& scheduler,
@@ -92,6 +93,8 @@ public:
     Answer respond(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;
+    result<ControllerWay> way_of_controller(std::uint16_t machine, std::string_view key,
+                                            std::string_view robot) override;
 
 private:
     struct Impl;

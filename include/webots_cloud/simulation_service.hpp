@@ -115,7 +115,8 @@ public:
     Answer respond(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;
-    result<ControllerWay> way_of_controller(std::string_view key, std::string_view robot) override;
+    result<ControllerWay> way_of_controller(std::uint16_t machine, std::string_view key,
+                                            std::string_view robot) override;
 
     /// Percent: what `GET /load` answers.
     double load() const noexcept;

@@ -2,6 +2,7 @@
 // until one ends. At SIGHUP each part that has an `apply` gets its share of the configuration anew.
 #include "async/first_of.hpp"
 #include "challenges.hpp"
+#include "controllers.hpp"
 #include "core/base64.hpp"
 #include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
@@ -199,6 +200,7 @@ HttpServerParams server_params(SessionConfig const& config)
     auto params = http_server_params(config.address.port, config.network);
     params.tls_authorities = config.ca_file;
     params.spare_descriptors += discovery_params(config).max_announced;
+    params.spare_descriptors += app::descriptors_of_controllers(config.service.controller_port);
     return params;
 }
 
@@ -310,9 +312,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     fleet.set(discovery.servers());
     app::Challenges challenges(config.network.challenge_folder, access);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
-    if (auto const listening = server->listen(); !listening)
-        co_return listening.error();
-    if (auto const listening = redirect.listen(); !listening)
+    app::Controllers controllers(executor, config.service.controller_port, config.network, service, log);
+    if (auto const listening = app::listen(*server, redirect, controllers); !listening)
         co_return listening.error();
     log.info(core::concat("Session server running on port ", std::to_string(config.address.port)));
     auto const operators = app::open_operator_socket(executor, "session", config.address.port, config.access,
@@ -330,11 +331,11 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         return obeyed;
     };
     auto const manager = make_service_manager();
-    auto parts = async::first_of(server->run(challenges), redirect.run(), operators->run(access),
-                                 report_to(*manager, *clock), service.run(), monitor.run(), discovery.run(),
-                                 administrator.mail.run(), doctor.run(look), app::sum_up_log(log, *clock),
-                                 app::keep_costs(scheduler, *costs, *clock, log),
-                                 app::obey_sighup(executor, std::move(reload), config, apply, log));
+    auto parts = async::first_of(
+        server->run(challenges), redirect.run(), controllers.run(), operators->run(access),
+        report_to(*manager, *clock), service.run(), monitor.run(), discovery.run(), administrator.mail.run(),
+        doctor.run(look), app::sum_up_log(log, *clock), app::keep_costs(scheduler, *costs, *clock, log),
+        app::obey_sighup(executor, std::move(reload), config, apply, log));
     co_return co_await std::move(parts);
 }
 

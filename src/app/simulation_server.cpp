@@ -3,6 +3,7 @@
 // connected and run until one part ends. Functions above `serve_simulations` make single parts.
 #include "async/first_of.hpp"
 #include "challenges.hpp"
+#include "controllers.hpp"
 #include "core/machine_labels.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
@@ -25,7 +26,6 @@
 #include "tickets.hpp"
 
 #include <webots_cloud/access_control.hpp>
-#include <webots_cloud/adapters/controller_server.hpp>
 #include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/http_client.hpp>
@@ -107,21 +107,12 @@ SimulationServiceParams service_params(SimulationConfig const& config, app::Simu
     return params;
 }
 
-ControllerServerParams controller_params(SimulationConfig const& config)
-{
-    ControllerServerParams params;
-    params.address = config.network.listen_address;
-    params.port = config.service.controller_port;
-    return params;
-}
-
 HttpServerParams server_params(SimulationConfig const& config, app::MachineTrial const& trial)
 {
     auto params = http_server_params(config.address.port, config.network);
     params.spare_descriptors +=
         descriptors_per_simulation * static_cast<std::size_t>(config.launching.max_simulations);
-    if (config.service.controller_port != 0) // two of each connection
-        params.spare_descriptors += 2 * controller_params(config).max_connections;
+    params.spare_descriptors += app::descriptors_of_controllers(config.service.controller_port);
     params.keeps_watches = !app::shared_user_risk(trial.user, trial.sandbox.params.user).empty();
     return params;
 }
@@ -192,32 +183,10 @@ result<> obey(SimulationConfig const& next, SimulationWalls const& walls, Access
     return {};
 }
 
-/// Null without "controllerPort".
-std::unique_ptr<ControllerServer> make_controllers(asio::any_io_executor const& executor,
-                                                   SimulationConfig const& config, SimulationService& service,
-                                                   Logger const& log)
+/// 0 as well where simulators have ports of their own.
+std::uint16_t controller_port(SimulationConfig const& config)
 {
-    if (config.service.controller_port == 0 || !config.launching.gateway)
-        return nullptr;
-    return make_controller_server(executor, controller_params(config), service, log);
-}
-
-/// Errors: as of each.
-result<> listen(SimulationConfig const& config, HttpServer& server, app::HttpsRedirect& redirect,
-                ControllerServer* controllers, Logger const& log)
-{
-    if (auto const listening = server.listen(); !listening)
-        return listening;
-    if (auto const listening = redirect.listen(); !listening)
-        return listening;
-    log.info(concat("Running simulation server on port ", std::to_string(config.address.port)));
-    if (!controllers)
-        return {};
-    if (auto const listening = controllers->listen(); !listening)
-        return listening;
-    log.info(concat("Controllers on other machines connect, without encryption, to port ",
-                    std::to_string(controllers->port())));
-    return {};
+    return config.launching.gateway ? config.service.controller_port : 0;
 }
 
 /// What does not change while the server runs, for its doctor.
@@ -276,9 +245,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                          *token_check);
     app::Challenges challenges(config.network.challenge_folder, access);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
-    auto const controllers = make_controllers(executor, config, service, log);
-    if (auto const listening = listen(config, *server, redirect, controllers.get(), log); !listening)
+    app::Controllers controllers(executor, controller_port(config), config.network, service, log);
+    if (auto const listening = app::listen(*server, redirect, controllers); !listening)
         co_return listening.error();
+    log.info(concat("Running simulation server on port ", std::to_string(config.address.port)));
     auto const operators = app::open_operator_socket(executor, "simulation", config.address.port,
                                                      config.access, "--drain, only SIGUSR1", log);
 
@@ -303,13 +273,12 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     };
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
-    auto parts = async::first_of(
-        server->run(challenges), redirect.run(), operators->run(access), report_to(*manager, *clock),
-        service.run(), registration.run(), announcing.run(), app::run(*backends, *clock), doctor.run(look),
-        app::obey_sigusr1(executor, drain), app::sum_up_log(log, *clock),
-        app::obey_sighup(executor, std::move(reload), config, apply, log), logs->run());
-    if (controllers)
-        parts = async::first_of(std::move(parts), controllers->run());
+    auto parts =
+        async::first_of(server->run(challenges), redirect.run(), controllers.run(), operators->run(access),
+                        report_to(*manager, *clock), service.run(), registration.run(), announcing.run(),
+                        app::run(*backends, *clock), doctor.run(look), app::obey_sigusr1(executor, drain),
+                        app::sum_up_log(log, *clock),
+                        app::obey_sighup(executor, std::move(reload), config, apply, log), logs->run());
     co_return co_await std::move(parts);
 }
 

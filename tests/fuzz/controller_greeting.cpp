@@ -24,7 +24,7 @@ void check(core::ControllerGreeting const& greeting)
         std::all_of(greeting.key.begin(), greeting.key.end(), [](char c) { return c >= 'a' && c <= 'z'; }));
     fuzz::require(std::all_of(greeting.robot.begin(), greeting.robot.end(), is_plain));
     fuzz::require(core::encoded_robot_name(greeting.robot) == greeting.robot);
-    fuzz::require(core::simulator_greeting(greeting.robot).find('\n', 4) == std::string::npos);
+    fuzz::require(core::greeting_for(greeting.robot).find('\n', 4) == std::string::npos);
 }
 
 } // namespace

@@ -20,7 +20,7 @@ from support import haproxy  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
 from support.extern_controller import NEW, OLD, ExternController  # noqa: E402
 from support.ports import free_port  # noqa: E402
-from support.servers import PATIENCE, SimulationServer, main, wait_until  # noqa: E402
+from support.servers import PATIENCE, SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
 try:
     import websockets
@@ -207,6 +207,33 @@ class Controllers(unittest.IsolatedAsyncioTestCase):
             line = await told(browser, "e-puck")
             self.assertIn("this site takes none of other machines for this project", line)
             self.assertNotIn("tcp://", line)
+
+    async def test_a_session_server_passes_controllers_on_to_its_machines(self):
+        door, inside = free_port(), free_port()
+        machine, other = self.start(**OPEN, controllerPort=inside), self.open()
+        machine.config["controllerAddress"] = f"localhost:{door}/{machine.port}"
+        machine.start()
+        entries = [{"address": f"localhost:{each.port}", "controllers": f"127.0.0.1:{each.config['controllerPort']}"} for each in (other, machine)]
+        session = self.enterContext(contextlib.closing(SessionServer(entries, controllerPort=door, ssl=False, portRewrite=False)))
+        session.start()
+        async with self.simulating(machine) as (browser, viewer):
+            url = await address(browser, "e-puck")
+            self.assertTrue(url.startswith(f"tcp://localhost:{door}/{machine.port}/"), url)
+
+            def answer(url):
+                with ExternController(url) as controller:
+                    return controller.answer, controller.hear_all()
+
+            for elsewhere in (other.port, session.port, inside):
+                wrong = url.replace(f"/{machine.port}/", f"/{elsewhere}/")
+                self.assertEqual((await asyncio.to_thread(answer, wrong))[0], "FORBIDDEN:", wrong)
+            self.assertEqual(await asyncio.to_thread(answer, url + "x"), ("FAILED", b""))
+            for release in (NEW, OLD):
+                with await asyncio.to_thread(ExternController, url, release) as controller:
+                    self.assertEqual(controller.answer, "CONNECTED", release)
+                    await watch(viewer, "stdout:INFO: 'e-puck' extern controller: connected.")
+                await watch(viewer, "stdout:INFO: 'e-puck' extern controller: disconnected.")
+            await self.drive(browser, viewer, "Käfer 1")
 
     async def test_the_port_may_be_reached_through_a_proxy_of_tcp_at_another_address(self):
         port, door = free_port(), free_port()

@@ -788,13 +788,15 @@ test('how far a project is on its way is said in the language of the page', asyn
   assert.deepEqual(told.slice(0, 2).map(({ percent }) => percent), [42, 7]);
 });
 
-test('what the server has left out of the project goes to the console', async () => {
+test('what the server says to the author of the project goes to the console', async () => {
   fresh();
   await run();
   const told = [];
   session.addEventListener('output', ({ detail }) => told.push(detail));
   server.lease.says('stderr:"a: b/.GIT" of the project is left out.');
-  assert.deepEqual(told, [{ stream: 'stderr', line: '"a: b/.GIT" of the project is left out.' }]);
+  server.lease.says('stdout:Robot "a" waits, with WEBOTS_CONTROLLER_URL=tcp://h:2900/k/a');
+  assert.deepEqual(told, [{ stream: 'stderr', line: '"a: b/.GIT" of the project is left out.' },
+    { stream: 'stdout', line: 'Robot "a" waits, with WEBOTS_CONTROLLER_URL=tcp://h:2900/k/a' }]);
 });
 
 test('the end is announced, and put off where the operator allows it', async () => {

@@ -6,6 +6,7 @@
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/tunnel_group.hpp>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -18,11 +19,11 @@ struct ControllerWay
     ControllerWay() = default;
 
     Upstream upstream;
-    std::string robot; ///< What the simulator is asked for. Empty: the only robot that waits.
+    std::string asks_for; ///< The name in the greeting there. Empty: the only robot that waits.
     std::shared_ptr<TunnelGroup> group;
 };
 
-/// Knows the simulations whose robots may be controlled from elsewhere.
+/// Knows the simulations whose robots may be controlled from elsewhere, or the machines that do.
 ///
 /// Lifetime: must outlive the adapter that asks it.
 /// Thread-safety: called on the adapter's executor only.
@@ -31,10 +32,12 @@ class ControllerDoor
 public:
     virtual ~ControllerDoor() = default;
 
-    /// `key` and `robot` as the controller has sent them; `robot` may be empty.
+    /// As the controller has sent them; `machine`: 0, or the port by which a session server knows it; `robot`
+    /// may be empty.
     ///
     /// Errors: `refused`, with a sentence that says what to do.
-    virtual result<ControllerWay> way_of_controller(std::string_view key, std::string_view robot) = 0;
+    virtual result<ControllerWay> way_of_controller(std::uint16_t machine, std::string_view key,
+                                                    std::string_view robot) = 0;
 };
 
 } // namespace webots_cloud

@@ -139,7 +139,7 @@ asio::awaitable<result<core::ControllerGreeting>> ControllerCall::hear_greeting(
 
 result<ControllerWay> ControllerCall::find_way(core::ControllerGreeting const& greeting)
 {
-    auto way = context_.door.way_of_controller(greeting.key, greeting.robot);
+    auto way = context_.door.way_of_controller(greeting.machine, greeting.key, greeting.robot);
     if (!way)
         return way;
     if (context_.simulations.admit(greeting.key, ticket_) != core::ClientLimit::Verdict::admitted)
@@ -159,11 +159,11 @@ asio::awaitable<result<>> ControllerCall::exchange_greetings(ControllerWay const
     if (!reached)
         co_return reached;
     set_deadline(std::chrono::steady_clock::now() + params.answer_timeout, &ControllerCall::stop_asking);
-    auto const greeting = core::simulator_greeting(way.robot);
+    auto const greeting = core::greeting_for(way.asks_for);
     auto const failed = co_await upstream_.write(greeting);
     if (failed)
         co_return Failure(errc::unreachable, failed.message());
-    std::array<char, 64> piece; // NOLINT(*-member-init): filled by reads
+    std::array<char, 512> piece; // NOLINT(*-member-init): filled by reads
     while (core::read_controller_answer(answer_) == core::ControllerAnswer::incomplete) {
         auto const got = co_await upstream_.read_some(piece.data(), piece.size());
         if (got.first)
@@ -214,7 +214,7 @@ asio::awaitable<std::optional<TunnelPlan>> ControllerCall::answer()
     }
     context_.log.info(LogCause("controller", client_),
                       concat("A controller", core::of_client(client_), " drives ",
-                             way->robot.empty() ? "a robot" : core::printable(way->robot, 100)));
+                             greeting->robot.empty() ? "a robot" : core::printable(greeting->robot, 100)));
     std::optional<TunnelPlan> plan(std::in_place);
     plan->browser = stream_.release();
     plan->upstream = upstream_.release();

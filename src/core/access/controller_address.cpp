@@ -78,10 +78,10 @@ std::string controller_place(std::string_view configured, std::string_view base,
 std::string controller_url(std::string_view place, std::string_view key, ExternRobots const& robots,
                            std::size_t index)
 {
-    auto path = concat(key, "/", robots.names().at(index));
-    if (encoded_length(path) > max_encoded_name)
-        path = concat(key, "/", ExternRobots::short_name(index));
-    return concat("tcp://", place, "/", path);
+    auto url = concat(place, "/", key, "/", robots.names().at(index));
+    if (encoded_length(std::string_view(url).substr(url.find('/') + 1)) > max_encoded_name)
+        url = concat(place, "/", key, "/", ExternRobots::short_name(index));
+    return concat("tcp://", url);
 }
 
 } // namespace webots_cloud::core

@@ -18,7 +18,7 @@ Failure not_a_controller()
     return Failure(errc::protocol_error, "Only controllers of Webots are served at this port.");
 }
 
-Failure wrong_name()
+Failure wrong_path()
 {
     return Failure(errc::protocol_error,
                    "The path of WEBOTS_CONTROLLER_URL is not one that a simulation has shown.");
@@ -72,32 +72,55 @@ std::optional<bool> begins_with(std::string_view bytes, std::string_view mark) n
     return mark.starts_with(bytes) ? std::nullopt : std::optional(false);
 }
 
-/// `<key>`, `<key>/<robot>`, or the latter as libController encodes it.
-result<Greeting> read_name(std::string_view name)
+/// Takes the slash off that parts a path, as it was written or as libController encodes it.   Nothing: more
+/// must come. False: there is something else.
+std::optional<bool> take_slash(std::string_view& path, bool& is_encoded)
 {
-    constexpr std::string_view encoded_slash = "%2F";
+    is_encoded = path.starts_with('%');
+    std::string_view const slash = is_encoded ? "%2F" : "/";
+    auto const found = begins_with(path, slash);
+    if (found && *found)
+        path.remove_prefix(slash.size());
+    return found;
+}
+
+/// `2000/` of `2000/<key>`, if it is there.   As `take_slash`.
+std::optional<bool> take_machine(std::string_view& path, std::uint16_t& machine)
+{
+    auto const size = std::min(path.find_first_not_of("0123456789"), path.size());
+    if (size == 0)
+        return true;
+    machine = parse_port(path.substr(0, size));
+    path.remove_prefix(size);
+    bool is_encoded = false;
+    return machine == 0 ? false : take_slash(path, is_encoded);
+}
+
+/// `[<machine>/]<key>[/<robot>]`, or the same as libController encodes it.
+result<Greeting> read_path(std::string_view path)
+{
     auto const is_key_letter = [](char c) { return c >= 'a' && c <= 'z'; };
-    auto const key = name.substr(0, controller_key_length);
-    if (!std::all_of(key.begin(), key.end(), is_key_letter))
-        return wrong_name();
+    ControllerGreeting greeting;
+    auto const has_begun = take_machine(path, greeting.machine);
+    if (!has_begun)
+        return Greeting();
+    auto const key = path.substr(0, controller_key_length);
+    if (!*has_begun || !std::all_of(key.begin(), key.end(), is_key_letter))
+        return wrong_path();
     if (key.size() < controller_key_length)
         return Greeting();
-    ControllerGreeting greeting;
     greeting.key = key;
-    name.remove_prefix(key.size());
-    if (name.empty())
+    path.remove_prefix(key.size());
+    if (path.empty())
         return Greeting(std::move(greeting));
-    bool const is_encoded = name.front() == '%';
-    auto const separated = begins_with(name, is_encoded ? encoded_slash : "/");
-    if (!separated)
+    bool is_encoded = false;
+    auto const is_parted = take_slash(path, is_encoded);
+    if (!is_parted)
         return Greeting();
-    if (!*separated)
-        return wrong_name();
-    name.remove_prefix(is_encoded ? encoded_slash.size() : 1);
-    auto const written = is_encoded ? decoded(name) : std::string(name);
-    if (has_control_characters(decoded(written)))
-        return wrong_name();
-    greeting.robot = encoded_robot_name(written);
+    auto const robot = is_encoded ? decoded(path) : std::string(path);
+    if (!*is_parted || has_control_characters(decoded(robot)))
+        return wrong_path();
+    greeting.robot = encoded_robot_name(robot);
     return Greeting(std::move(greeting));
 }
 
@@ -121,7 +144,7 @@ result<Greeting> read_controller_greeting(std::string_view bytes)
     bytes.remove_prefix(robot_field.size());
     while (bytes.ends_with('\n')) // of other programs; libController ends with the name
         bytes.remove_suffix(1);
-    return read_name(bytes);
+    return read_path(bytes);
 }
 
 Failure unfinished_greeting(std::string_view bytes)
@@ -132,9 +155,20 @@ Failure unfinished_greeting(std::string_view bytes)
                                          "console of the simulation shows.");
 }
 
-std::string simulator_greeting(std::string_view robot)
+std::string greeting_for(std::string_view name)
 {
-    return robot.empty() ? std::string(call_of_controllers) : concat(call_of_controllers, robot_field, robot);
+    return name.empty() ? std::string(call_of_controllers) : concat(call_of_controllers, robot_field, name);
+}
+
+std::uint16_t port_of_machine(std::string_view address) noexcept
+{
+    auto const separator = address.find_last_of(":/");
+    return separator == std::string_view::npos ? std::uint16_t{0} : parse_port(address.substr(separator + 1));
+}
+
+std::string controller_path(std::string_view key, std::string_view robot)
+{
+    return robot.empty() ? std::string(key) : concat(key, "/", robot);
 }
 
 ControllerAnswer read_controller_answer(std::string_view bytes) noexcept

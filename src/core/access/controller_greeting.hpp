@@ -28,6 +28,8 @@ struct ControllerGreeting
 {
     ControllerGreeting() = default;
 
+    /// The port by which a session server knows the machine; 0: none.
+    std::uint16_t machine = 0;
     std::string key;
     /// As Webots compares it: percent-encoded, but for letters, digits and `-._~`. Empty: the only robot that
     /// waits for a controller.
@@ -44,8 +46,15 @@ result<std::optional<ControllerGreeting>> read_controller_greeting(std::string_v
 /// Why a controller that says no more is refused.
 Failure unfinished_greeting(std::string_view bytes);
 
-/// The same without a key, for the simulator.
-std::string simulator_greeting(std::string_view robot);
+/// The same for a simulator, with a robot's name, or for a simulation server, with a path, or with neither.
+std::string greeting_for(std::string_view name);
+
+/// By which controllers name the machine at this address: the port at the end of `host:2000` or `host/2000`;
+/// 0: there is none.
+std::uint16_t port_of_machine(std::string_view address) noexcept;
+
+/// `<key>/<robot>`, or `<key>`.
+std::string controller_path(std::string_view key, std::string_view robot);
 
 /// What a simulator answers.
 enum class ControllerAnswer : std::uint8_t

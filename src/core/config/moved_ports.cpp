@@ -54,6 +54,8 @@ result<> move_machine(ServerSpec& server, int distance)
         for (auto* const port : {&server.first_port, &server.last_port})
             if (auto const moved = move_number(*port, distance); !moved)
                 return moved;
+    if (auto const moved = move_port(server.controllers, distance); !moved)
+        return moved;
     return move_port(server.address, distance);
 }
 
@@ -77,6 +79,8 @@ result<> move_port(std::string& address, int distance)
 
 result<> move_ports(SimulationConfig& config, int distance)
 {
+    if (auto const moved = move_number(config.service.controller_port, distance); !moved)
+        return moved;
     return move_network(config.address, config.network, distance);
 }
 
@@ -85,6 +89,8 @@ result<> move_ports(SessionConfig& config, int distance)
     for (auto& server : config.simulation_servers)
         if (auto const moved = move_machine(server, distance); !moved)
             return moved;
+    if (auto const moved = move_number(config.service.controller_port, distance); !moved)
+        return moved;
     return move_network(config.address, config.network, distance);
 }
 

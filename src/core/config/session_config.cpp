@@ -4,6 +4,7 @@
 
 #include "config_rules.hpp"
 #include "core/access/asked_name.hpp"
+#include "core/access/controller_greeting.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
@@ -63,6 +64,18 @@ void read_way_inside(ConfigReader& inner, ServerSpec& server)
         inner.refuse("internal", "\"https\": names are no proof of who answers, without certificates");
 }
 
+/// Where a machine takes controllers, which find it by its port.
+void check_controllers_place(ConfigReader& inner, ServerSpec const& server)
+{
+    auto const place = core::parse_internal_address(server.controllers);
+    if (inner.has("controllers") && (!place || place->tls))
+        inner.refuse("controllers", "a numeric address and a port, as in \"10.0.0.2:2900\"");
+    else if (inner.has("controllers") && core::port_of_machine(server.address) == 0)
+        inner.refuse("controllers",
+                     "no such key without a port at the end of \"address\", by which controllers "
+                     "find the machine");
+}
+
 /// Where the session server itself reaches a machine, and which of its ports.
 void read_internal_address(ConfigReader& inner, ServerSpec& server)
 {
@@ -115,6 +128,7 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
         inner.read_members(server);
         check_labels(inner, server.labels);
         read_internal_address(inner, server);
+        check_controllers_place(inner, server);
         if (!inner.has("address"))
             inner.require("address", address);
         else if (!is_server_entry(server.address))
@@ -246,6 +260,22 @@ void warn_of_the_same_machine(ConfigReader& reader, std::vector<ServerSpec> cons
                               concat("\"", servers[i].address, "\" is the machine of entry ",
                                      std::to_string(first->second), " again: remove one of the two"));
     }
+}
+
+void check_controllers(ConfigReader& reader, SessionConfig const& config)
+{
+    auto const& servers = config.simulation_servers;
+    auto const port = config.service.controller_port;
+    bool const has_machine =
+        std::ranges::any_of(servers, [](ServerSpec const& server) { return !server.controllers.empty(); });
+    if (port != 0 && (port == config.address.port || port == config.network.redirect_port))
+        reader.refuse("controllerPort", "another port than \"port\" and \"redirectPort\"");
+    else if (port != 0 && !has_machine)
+        reader.warn("controllerPort",
+                    "no entry of \"simulationServers\" has \"controllers\": nobody is passed on");
+    else if (port == 0 && has_machine)
+        reader.warn("simulationServers",
+                    "\"controllers\" has no effect, since there is no \"controllerPort\"");
 }
 
 void warn_of_machines(ConfigReader& reader, SessionConfig const& config)
@@ -380,6 +410,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     check_access(*reader, config.access);
     check_teacher_password(*reader, config);
     complete_mail(*reader, config);
+    check_controllers(*reader, config);
     if (auto const failure = reader->failure())
         return *failure;
     configured.warnings = reader->warnings();

@@ -39,6 +39,13 @@ constexpr std::array machine_keys{
               .value = KeyValue{KeyType::text},
               .text = R"(ports of its simulations, as in `"2001-2100"`, which the gateway passes on to)",
               .reloaded = true},
+    ConfigKey{
+        .name = "controllers",
+        .value = member<&ServerSpec::controllers>,
+        .text =
+            R"(where the machine takes [controllers](docs/controllers.md#through-a-session-server), as in )"
+            R"(`"10.0.0.2:2900"`: those that come to `controllerPort` are passed on there)",
+        .reloaded = true},
     ConfigKey{.name = "trusted",
               .value = member<&ServerSpec::trusted>,
               .text = "`true`: the gateway passes on passwords for its monitor, and lets editors of its "
@@ -89,6 +96,14 @@ constexpr std::array session_machines{
                   "[docs/gateway.md](docs/gateway.md)",
               .absent = "whether an entry of `simulationServers` has `internal`",
               .reloaded = true},
+    ConfigKey{
+        .name = "controllerPort",
+        .value = member<&SessionConfig::service, &SessionServiceConfig::controller_port>,
+        .text = "port where [controllers on other machines](docs/controllers.md#through-a-session-server) "
+                "are passed "
+                "on to simulation servers with `controllers`; 0: none",
+        .max = highest_port,
+    },
     ConfigKey{.name = "caFile",
               .value = member<&SessionConfig::ca_file>,
               .text = "PEM file of certificates, of authorities or of machines, that are trusted besides the "

@@ -143,9 +143,15 @@ void warn_of_foreign(std::string_view key, std::vector<std::string> const& repos
     }
 }
 
-/// libController takes apart `tcp://<host>:<port>/...` at the first colon.
+/// libController takes apart `tcp://<host>:<port>/...` at the first colon. A port may follow by which a
+/// session server knows this machine.
 bool is_controller_address(std::string_view address)
 {
+    if (auto const slash = address.find('/'); slash != std::string_view::npos) {
+        if (core::parse_port(address.substr(slash + 1)) == 0)
+            return false;
+        address = address.substr(0, slash);
+    }
     auto const colon = address.find(':');
     return colon != std::string_view::npos && is_authority(address) &&
            core::parse_port(address.substr(colon + 1)) != 0;
@@ -163,8 +169,10 @@ void check_controllers(core::ConfigReader& reader, SimulationConfig const& confi
     else if (port != 0 && port == config.network.redirect_port)
         reader.refuse("controllerPort", "another port than \"redirectPort\"");
     if (!service.controller_address.empty() && !is_controller_address(service.controller_address))
-        reader.refuse("controllerAddress",
-                      "a name, or an address of IPv4, and a port, as in \"sim.example.org:2900\"");
+        reader.refuse(
+            "controllerAddress",
+            "a name, or an address of IPv4, and a port, as in \"sim.example.org:2900\", or with the port of "
+            "this machine at a session server, \"sim.example.org:2900/2000\"");
 }
 
 /// Keys for controllers of which one alone opens nothing.

@@ -8,6 +8,7 @@
 #include "class_endpoint.hpp"
 #include "client_relay.hpp"
 #include "core/access/asked_name.hpp"
+#include "core/access/controller_greeting.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/machine_paths.hpp"
 #include "core/access/token_buckets.hpp"
@@ -961,6 +962,23 @@ Answer SessionService::respond(IncomingRequest const& request)
         return std::move(*answer);
     }
     return route_table::respond(Impl::routes(), *impl_, request);
+}
+
+result<ControllerWay> SessionService::way_of_controller(std::uint16_t machine, std::string_view key,
+                                                        std::string_view robot)
+{
+    for (auto const& each : impl_->fleet.machines()) {
+        auto const place = core::parse_internal_address(each.spec.controllers);
+        if (!place || machine == 0 || core::port_of_machine(each.spec.address) != machine)
+            continue;
+        ControllerWay way;
+        way.upstream = Upstream(place->host, place->port);
+        way.asks_for = core::controller_path(key, robot);
+        return way;
+    }
+    return Failure(errc::refused,
+                   "No machine of this site takes controllers at this address: take the whole one "
+                   "that the console of the simulation shows.");
 }
 
 void SessionService::stopping()

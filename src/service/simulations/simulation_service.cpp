@@ -290,7 +290,8 @@ Answer SimulationService::Impl::forward(IncomingRequest const& request)
     return simulation.forward(*path, request);
 }
 
-result<ControllerWay> SimulationService::way_of_controller(std::string_view key, std::string_view robot)
+result<ControllerWay> SimulationService::way_of_controller(std::uint16_t, std::string_view key,
+                                                           std::string_view robot)
 {
     for (auto const& [id, session] : impl_->sessions)
         if (session->has_controller_key(key))

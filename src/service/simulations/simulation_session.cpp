@@ -852,7 +852,7 @@ ControllerWay SimulationSession::way_of_controller(std::string_view robot) const
     ControllerWay way;
     way.upstream = Upstream(ready_.host, ready_.port);
     way.upstream.broker = ready_.broker;
-    way.robot = extern_robots_.resolve(robot);
+    way.asks_for = extern_robots_.resolve(robot);
     way.group = tunnels_;
     return way;
 }

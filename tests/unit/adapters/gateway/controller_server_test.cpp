@@ -22,12 +22,13 @@ struct Door final : ControllerDoor
 {
     explicit Door(std::uint16_t port) { way.upstream = Upstream("127.0.0.1", port); }
 
-    result<ControllerWay> way_of_controller(std::string_view key, std::string_view robot) override
+    result<ControllerWay> way_of_controller(std::uint16_t, std::string_view key,
+                                            std::string_view robot) override
     {
         if (key != right_key)
             return Failure(errc::refused, "No such simulation.");
         auto found = way;
-        found.robot = robot;
+        found.asks_for = robot;
         return found;
     }
 

@@ -73,6 +73,7 @@ BOOST_AUTO_TEST_CASE(a_url_is_no_longer_than_the_library_sends)
     BOOST_TEST(controller_url("h:1", key, robots, 1) == "tcp://h:1/" + key + "/~2");
     BOOST_TEST(controller_url("h:1", key, robots, 2) == "tcp://h:1/" + key + "/~3");
     BOOST_TEST(robots.resolve("~2") == std::string(room + 1, 'x'));
+    BOOST_TEST(controller_url("h:1/2000", key, robots, 0) == "tcp://h:1/2000/" + key + "/~1");
 }
 
 BOOST_AUTO_TEST_CASE(short_names_stand_for_robots_unless_a_robot_has_such_a_name)

@@ -130,8 +130,8 @@ BOOST_AUTO_TEST_CASE(who_says_no_more_is_told_what_is_missing)
 
 BOOST_AUTO_TEST_CASE(the_simulator_is_greeted_without_the_key)
 {
-    BOOST_TEST(simulator_greeting("my%20robot") == "CTR\nRobot-Name: my%20robot");
-    BOOST_TEST(simulator_greeting("") == "CTR");
+    BOOST_TEST(greeting_for("my%20robot") == "CTR\nRobot-Name: my%20robot");
+    BOOST_TEST(greeting_for("") == "CTR");
 }
 
 BOOST_AUTO_TEST_CASE(the_simulators_answer_is_known_by_its_first_word)
@@ -144,6 +144,33 @@ BOOST_AUTO_TEST_CASE(the_simulators_answer_is_known_by_its_first_word)
     for (std::string_view const word :
          {"FAILED", "PROCESSING", "FORBIDDEN", "FORBIDDENFAILED", "CONNECTION", "F"})
         BOOST_TEST((read_controller_answer(word) == refused), word);
+}
+
+BOOST_AUTO_TEST_CASE(a_session_server_is_told_the_machine_by_its_port)
+{
+    auto const machine_of = [](std::string const& path) {
+        auto const read = read_controller_greeting(greeting_of(path));
+        BOOST_TEST_REQUIRE((read && *read), path);
+        BOOST_TEST((*read)->key == key);
+        return std::to_string((*read)->machine) + " " + (*read)->robot;
+    };
+    BOOST_TEST(machine_of("2000/" + key + "/my robot") == "2000 my%20robot");
+    BOOST_TEST(machine_of("2000%2F" + key + "%2Fmy%2520robot") == "2000 my%20robot");
+    BOOST_TEST(machine_of("65535/" + key) == "65535 ");
+    BOOST_TEST(machine_of(key + "/2000") == "0 2000");
+    for (std::string const& path :
+         {"0/" + key, "02000/" + key, "65536/" + key, "2000" + key, "2000//" + key, "-1/" + key,
+          "2000x/" + key, "2000/2000/" + key, "99999999999999999999/" + key})
+        BOOST_TEST(robot_of(path) == "[wrong]", path);
+    for (auto const* path : {"2", "2000", "2000%", "2000%2", "2000/", "2000/abc"})
+        BOOST_TEST(robot_of(path) == "[incomplete]", path);
+    BOOST_TEST(port_of_machine("sim.example.org/2000") == 2000);
+    BOOST_TEST(port_of_machine("[::1]:2001") == 2001);
+    for (auto const* address : {"sim.example.org/webots", "announced", "", "h:0"})
+        BOOST_TEST(port_of_machine(address) == 0, address);
+    // What a session server says to the machine.
+    BOOST_TEST(robot_of(controller_path(key, "my%20robot")) == "my%20robot");
+    BOOST_TEST(robot_of(controller_path(key, "")) == "");
 }
 
 // libController compares 6, 9 and 10 bytes.

@@ -631,11 +631,33 @@ BOOST_AUTO_TEST_CASE(controllers_have_a_port_of_their_own_and_an_address_that_th
         BOOST_TEST(!is_taken(std::string(R"("controllerPort":)") + port), port);
     for (auto const* port : {"0", "1999", "2101"})
         BOOST_TEST(is_taken(std::string(R"("controllerPort":)") + port), port);
-    for (auto const* address :
-         {"h", "h:0", "h:65536", "[::1]:2900", "tcp://h:2900", "h:2900/x", "h h:2900", ":2900"})
+    for (auto const* address : {"h", "h:0", "h:65536", "[::1]:2900", "tcp://h:2900", "h:2900/x", "h h:2900",
+                                ":2900", "h:2900/0", "h:2900/2000/x"})
         BOOST_TEST(!is_taken(std::string(R"("controllerAddress":")") + address + '"'), address);
-    for (auto const* address : {"h:2900", "192.0.2.1:1"})
+    for (auto const* address : {"h:2900", "192.0.2.1:1", "h:2900/2000"})
         BOOST_TEST(is_taken(std::string(R"("controllerAddress":")") + address + '"'), address);
+}
+
+BOOST_AUTO_TEST_CASE(a_session_server_passes_controllers_on_to_machines_that_have_a_port_to_name)
+{
+    auto const parsed = [](std::string const& machine, std::string const& more) {
+        return parse_session_config(R"({"port":1999,"server":"h","simulationServers":[{"address":)" +
+                                        machine + "}]," + more + "}",
+                                    "c.json");
+    };
+    std::string const port = R"("controllerPort":2899)";
+    auto const good = parsed(R"("h:2000","controllers":"10.0.0.2:2900")", port);
+    BOOST_TEST(good.value().config.simulation_servers.front().controllers == "10.0.0.2:2900");
+    BOOST_TEST(good.value().warnings.empty());
+    for (auto const* machine :
+         {R"("h:2000","controllers":"sim:2900")", R"("h:2000","controllers":"https://10.0.0.2:2900")",
+          R"("h/path","controllers":"10.0.0.2:2900")"})
+        BOOST_TEST(!parsed(machine, port), machine);
+    BOOST_TEST(!parsed(R"("h:2000","controllers":"10.0.0.2:2900")", R"("controllerPort":1999)"));
+    BOOST_TEST(parsed(R"("h:2000")", port).value().warnings.size() == 1u);
+    BOOST_TEST(
+        parsed(R"("h:2000","controllers":"10.0.0.2:2900")", R"("logDir":"log")").value().warnings.size() ==
+        1u);
 }
 
 BOOST_AUTO_TEST_CASE(a_certificate_without_a_proxy_is_warned_of_since_simulators_speak_no_tls)

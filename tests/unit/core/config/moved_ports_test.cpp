@@ -18,6 +18,10 @@ BOOST_AUTO_TEST_CASE(the_ports_of_a_server_move_and_one_that_is_not_there_stays_
     config.network.redirect_port = 80;
     BOOST_REQUIRE(move_ports(config, 8000));
     BOOST_TEST(config.network.redirect_port == 8080);
+    BOOST_TEST(config.service.controller_port == 0);
+    config.service.controller_port = 2900;
+    BOOST_REQUIRE(move_ports(config, 1000));
+    BOOST_TEST(config.service.controller_port == 3900);
 }
 
 BOOST_AUTO_TEST_CASE(a_port_that_does_not_exist_is_refused)
@@ -38,6 +42,8 @@ BOOST_AUTO_TEST_CASE(machines_of_this_site_move_and_others_stay)
     config.simulation_servers[1].internal_address = "127.0.0.1:2000";
     config.simulation_servers[1].first_port = 2001;
     config.simulation_servers[1].last_port = 2010;
+    config.simulation_servers[1].controllers = "127.0.0.1:2900";
+    config.service.controller_port = 2899;
     ServerSpec proxied("localhost/2000");
     proxied.internal_address = "10.0.0.2:2000";
     config.simulation_servers.push_back(proxied);
@@ -51,6 +57,8 @@ BOOST_AUTO_TEST_CASE(machines_of_this_site_move_and_others_stay)
     BOOST_TEST(config.simulation_servers[1].internal_address == "127.0.0.1:3000");
     BOOST_TEST(config.simulation_servers[1].first_port == 3001);
     BOOST_TEST(config.simulation_servers[1].last_port == 3010);
+    BOOST_TEST(config.simulation_servers[1].controllers == "127.0.0.1:3900");
+    BOOST_TEST(config.service.controller_port == 3899);
     BOOST_TEST(config.address.port == 2999);
 }
 

@@ -1176,6 +1176,25 @@ BOOST_AUTO_TEST_CASE(the_gateway_knows_machines_that_come_and_go_one_by_one)
     BOOST_TEST(port() == 0u);
 }
 
+// Protocol section 13.18.
+BOOST_AUTO_TEST_CASE(controllers_are_passed_on_to_the_machine_whose_port_they_name)
+{
+    Fixture fixture;
+    ServerSpec with("sim.example.org/2000");
+    with.controllers = "10.0.0.2:2900";
+    ServerSpec other("sim.example.org/2001");
+    other.controllers = "10.0.0.3:2900";
+    fixture.fleet.set({with, other, ServerSpec("sim.example.org/2002")});
+    auto const way = fixture.service.way_of_controller(2001, "key", "my%20robot").value();
+    BOOST_TEST(way.upstream.host == "10.0.0.3");
+    BOOST_TEST(way.upstream.port == 2900);
+    BOOST_TEST(!way.upstream.tls);
+    BOOST_TEST(way.asks_for == "key/my%20robot");
+    BOOST_TEST(fixture.service.way_of_controller(2000, "key", "").value().asks_for == "key");
+    for (std::uint16_t const nobody : {0, 2002, 2900})
+        BOOST_TEST((fixture.service.way_of_controller(nobody, "key", "x").error() == errc::refused), nobody);
+}
+
 BOOST_AUTO_TEST_CASE(only_what_is_below_the_gateway_of_a_trusted_machine_keeps_the_origin_of_the_site)
 {
     GatewayFixture fixture;

@@ -215,17 +215,17 @@ BOOST_AUTO_TEST_CASE(an_author_is_told_where_controllers_connect_and_the_key_lea
                boost::test_tools::per_element());
     auto const& argv = fixture.processes.started().back().argv;
     BOOST_TEST((std::ranges::find(argv, "--extern-urls") != argv.end()));
-    auto const way = fixture.service.way_of_controller(key, "e-puck").value();
+    auto const way = fixture.service.way_of_controller(0, key, "e-puck").value();
     BOOST_TEST(way.upstream.host == "127.0.0.1");
     BOOST_TEST(way.upstream.port == 2001);
-    BOOST_TEST(way.robot == "e-puck");
-    BOOST_TEST(fixture.service.way_of_controller(key, "~1").value().robot == "e-puck");
-    BOOST_TEST((way.group && way.group == fixture.service.way_of_controller(key, "").value().group));
+    BOOST_TEST(way.asks_for == "e-puck");
+    BOOST_TEST(fixture.service.way_of_controller(0, key, "~1").value().asks_for == "e-puck");
+    BOOST_TEST((way.group && way.group == fixture.service.way_of_controller(0, key, "").value().group));
     for (std::string const& wrong :
          {std::string(28, 'a'), std::string(20, 'a'), std::string(28, 'b'), std::string()})
-        BOOST_TEST((fixture.service.way_of_controller(wrong, "e-puck").error() == errc::refused), wrong);
+        BOOST_TEST((fixture.service.way_of_controller(0, wrong, "e-puck").error() == errc::refused), wrong);
     fixture.leave(browser);
-    BOOST_TEST((fixture.service.way_of_controller(key, "e-puck").error() == errc::refused));
+    BOOST_TEST((fixture.service.way_of_controller(0, key, "e-puck").error() == errc::refused));
     BOOST_TEST(way.group->is_closed());
 }
 
@@ -241,7 +241,7 @@ BOOST_AUTO_TEST_CASE(projects_that_are_not_listed_get_no_controllers_and_their_a
                "stdout:Robot \"e-puck\" waits for its controller, but this site takes none of other machines "
                "for this "
                "project. Its operator can add the project to \"controllerRepositories\".");
-    BOOST_TEST((fixture.service.way_of_controller("secretb", "e-puck").error() == errc::refused));
+    BOOST_TEST((fixture.service.way_of_controller(0, "secretb", "e-puck").error() == errc::refused));
     fixture.leave(browser);
 }
 
