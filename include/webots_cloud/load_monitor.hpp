@@ -13,7 +13,6 @@
 
 #include <list>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -47,24 +46,17 @@ public:
 
     LoadMonitorParams const& params() const noexcept;
 
-    /// It polls the machines of the fleet, from now on, instead of those of the next three functions.
+    /// It polls the machines of the fleet, from now on, instead of those of `set_servers`: a new one at once,
+    /// each at its internal address if it has one. A changed one is polled as said there from its next poll
+    /// on, and what is known of it stays. Of one with a path of its own only a report with the counters of
+    /// our simulation servers will do: what answers otherwise is taken for another service.
+    ///
     /// Lifetime: either may end first.
     void follow(Fleet& fleet);
 
     /// The servers to poll from now on: added ones are polled at once, removed ones are forgotten, what is
     /// known of the others stays. Of equal addresses the first counts.
     void set_servers(std::vector<std::string> const& addresses);
-
-    /// A single server of the list: a new one is polled at once; what is known of a known one stays, and it
-    /// is polled as said here from its next poll on, at its internal address if it has one. Of one with a
-    /// path of its own only a report with the counters of our simulation servers will do: what answers
-    /// otherwise is taken for another service. It stands in front of the server `before`, or at the end
-    /// where that is not in the list. By default new ones come to the end, and known ones stay where they
-    /// are.
-    void put_server(ServerSpec const& server, std::optional<std::string_view> before = std::nullopt);
-
-    /// It is forgotten, and polled no more.
-    void remove_server(std::string_view address);
 
     /// One more poll of that server at once, unless one is in flight, or it is not in the list, or `run()` is
     /// not awaited. For callers that have reason to think that something has changed there.

@@ -224,19 +224,10 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
     std::unordered_set<std::string_view> listed;
     for (auto const& address : addresses)
         if (listed.insert(address).second)
-            put_server(ServerSpec(address), std::string_view());
+            impl_->put_server(ServerSpec(address), std::string_view());
     while (impl_->table.servers().size() > listed.size())
-        remove_server(impl_->table.servers().front().address); // the others stand behind those left out
-}
-
-void LoadMonitor::put_server(ServerSpec const& server, std::optional<std::string_view> before)
-{
-    impl_->put_server(server, before);
-}
-
-void LoadMonitor::remove_server(std::string_view address)
-{
-    impl_->remove_server(address);
+        impl_->remove_server(
+            impl_->table.servers().front().address); // the others stand behind those left out
 }
 
 void LoadMonitor::Impl::put_server(ServerSpec const& server, std::optional<std::string_view> before)

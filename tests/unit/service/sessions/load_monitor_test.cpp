@@ -180,11 +180,14 @@ BOOST_AUTO_TEST_CASE(it_polls_the_machines_of_the_fleet_that_it_follows)
 
 BOOST_AUTO_TEST_CASE(single_servers_come_and_go_while_it_runs)
 {
-    Fixture fixture({"a:2000", "c:2000"});
+    Fixture fixture({});
+    Fleet fleet;
+    fixture.monitor.follow(fleet);
+    fleet.set({ServerSpec("a:2000"), ServerSpec("c:2000")});
     for (auto const* name : {"a", "b", "c"})
         fixture.http.expect(std::string("GET http://") + name + ":2000/load").reply(200, "1").always();
     fixture.start();
-    fixture.monitor.put_server(ServerSpec("b:2000"), "c:2000");
+    fleet.put(ServerSpec("b:2000"), "c:2000");
     fixture.world.settle();
     BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
     std::string order;
@@ -192,13 +195,13 @@ BOOST_AUTO_TEST_CASE(single_servers_come_and_go_while_it_runs)
         order += server.address + " ";
     BOOST_TEST(order == "a:2000 b:2000 c:2000 ");
     auto const* const known = fixture.monitor.find("c:2000");
-    fixture.monitor.put_server(ServerSpec("c:2000"), "a:2000");
+    fleet.put(ServerSpec("c:2000"), "a:2000");
     fixture.world.settle();
     BOOST_TEST(fixture.polls_of("http://c:2000/load") == 1u, "it is polled in its turn");
     BOOST_TEST(&fixture.monitor.servers().front() == known);
     BOOST_TEST((known->state == ServerState::up));
-    fixture.monitor.remove_server("a:2000");
-    fixture.monitor.remove_server("a:2000");
+    fleet.remove("a:2000");
+    fleet.remove("a:2000");
     BOOST_TEST(!fixture.monitor.find("a:2000"));
     fixture.world.advance(10s);
     BOOST_TEST(fixture.polls_of("http://a:2000/load") == 1u);
@@ -224,21 +227,23 @@ BOOST_AUTO_TEST_CASE(a_machine_behind_the_gateway_is_polled_inside)
     LoadMonitorParams params;
     params.tls = true;
     Fixture fixture({}, params);
+    Fleet fleet;
+    fixture.monitor.follow(fleet);
     fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "7").always();
     fixture.http.expect("GET http://10.0.0.3:2000/load").reply(200, "8").always();
     ServerSpec server("sim.example.org/2000");
     server.internal_address = "10.0.0.2:2000";
-    fixture.monitor.put_server(server);
+    fleet.put(server);
     fixture.start();
     BOOST_TEST(fixture.monitor.servers().front().address == "sim.example.org/2000");
     BOOST_TEST(fixture.monitor.servers().front().report.load == 7);
     server.internal_address = "10.0.0.3:2000"; // it moves
-    fixture.monitor.put_server(server);
+    fleet.put(server);
     fixture.world.advance(10s);
     BOOST_TEST(fixture.monitor.servers().front().report.load == 8);
     fixture.http.expect("GET https://sim2.example.org:2000/load").reply(200, "9").always();
     server.internal_address = "wss://sim2.example.org:2000";
-    fixture.monitor.put_server(server);
+    fleet.put(server);
     fixture.world.advance(10s);
     BOOST_TEST(fixture.monitor.servers().front().report.load == 9);
 }
@@ -246,11 +251,13 @@ BOOST_AUTO_TEST_CASE(a_machine_behind_the_gateway_is_polled_inside)
 BOOST_AUTO_TEST_CASE(a_certificate_may_be_for_a_name_that_several_machines_share)
 {
     Fixture fixture({});
+    Fleet fleet;
+    fixture.monitor.follow(fleet);
     fixture.http.expect("GET https://sim.test:2000/load").reply(200, "7").always();
     ServerSpec server("10.0.0.2:2000");
     server.internal_address = "https://10.0.0.2:2000";
     server.internal_name = "sim.test";
-    fixture.monitor.put_server(server);
+    fleet.put(server);
     fixture.start();
     BOOST_TEST(fixture.monitor.servers().front().report.load == 7);
     BOOST_TEST(fixture.http.requests().back().address == "10.0.0.2");
@@ -260,6 +267,8 @@ BOOST_AUTO_TEST_CASE(a_certificate_may_be_for_a_name_that_several_machines_share
 BOOST_AUTO_TEST_CASE(what_answers_without_our_counters_may_be_taken_for_another_service)
 {
     Fixture fixture({});
+    Fleet fleet;
+    fixture.monitor.follow(fleet);
     fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "7");
     fixture.http.expect("GET http://10.0.0.2:2000/load")
         .reply(200,
@@ -268,7 +277,7 @@ BOOST_AUTO_TEST_CASE(what_answers_without_our_counters_may_be_taken_for_another_
     ServerSpec server("10.0.0.2:2000");
     server.internal_address = "10.0.0.2:2000";
     server.has_own_path = true;
-    fixture.monitor.put_server(server);
+    fleet.put(server);
     fixture.start();
     BOOST_TEST(fixture.monitor.servers().front().problem == "it is not a simulation server of webots_cloud");
     fixture.world.advance(6s);
