@@ -6,7 +6,7 @@
 //   data-time          simulated time in milliseconds
 
 import { parseAddress, parseViewAddress, sessionServerOf, webToSocket } from './view/address.js';
-import { Availability, siteText } from './view/availability.js';
+import { Availability, lightText } from './view/availability.js';
 import { Console } from './view/console.js';
 import { fetchAgain } from './view/fetch_again.js';
 import { forget, recall, remember } from './view/memory.js';
@@ -66,12 +66,7 @@ const availability = new Availability((value, state) => {
     takeBackRefusal();
 });
 
-// Where there is a line and what it waits for is a seat or room, one may wait.
-function light() {
-  const { room, site } = page.dataset;
-  const text = siteText(site);
-  return room !== undefined && ['busy', 'full', 'none'].includes(site) ? `${text} ${say('site.mayWait')}` : text;
-}
+const light = () => lightText(page.dataset.site, page.dataset.room !== undefined);
 
 // Writes only text that differs: a screen reader would read equal text out again.
 function setText(id, text) {
@@ -567,6 +562,16 @@ async function loadDefaults() {
   sayWorld();
 }
 
+// A link of the gallery starts its world at once; loading the page again then does not.
+function takeStart() {
+  const here = new URL(location);
+  const isAsked = here.searchParams.has('start');
+  here.searchParams.delete('start');
+  if (isAsked)
+    history.replaceState(history.state, '', here);
+  return isAsked;
+}
+
 // Enter in the address field. The button is not of type "submit", which Enter would press, so that only a click ends a simulation.
 element('connection').addEventListener('submit', (event) => {
   event.preventDefault();
@@ -606,10 +611,13 @@ window.addEventListener('pagehide', () => {
   session?.leave();
 });
 window.addEventListener('pageshow', ({ persisted }) => persisted && session !== null && location.reload());
+const startsAtOnce = takeStart();
 const kept = await recall();
 await loadDefaults();
 if (kept !== null && session === null) {
   element('connect-to').value = kept.address;
   element('show').value = kept.target.mode ?? 'mjpeg';
   begin(kept.target, kept.ticket);
+} else if (startsAtOnce && session === null) {
+  start();
 }
