@@ -32,6 +32,7 @@ await loadPageTexts();
 
 const page = document.body;
 const ownServer = sessionServerOf(new URL('..', location.href));
+const GALLERY = new URL('worlds/', location.href);
 const element = (id) => document.getElementById(id);
 
 let session = null;
@@ -46,6 +47,7 @@ let interrupted = ''; // its mode before that
 let place = null; // in the line: what the event "progress" tells of it
 let ticket = null; // to return with, and to what
 let hasRoom = false; // the session server of this page lets people wait
+let listed = new Map(); // the worlds of the gallery, by their addresses
 let unseen = ''; // what happened while the page was hidden: 'started' or 'free'
 let programs = null; // of the simulation that was started here
 let saidStatus = () => say('viewer.idle'); // said again when the language changes
@@ -444,11 +446,23 @@ function showMode() {
 // The world of the address, by its name and picture.
 function sayWorld() {
   const address = element('connect-to').value.trim();
-  setText('world-name', worldName(address));
-  if (element('poster').dataset.address === address)
+  const { title, picture } = listed.get(address) ?? {};
+  setText('world-name', title ?? worldName(address));
+  const url = picture === undefined ? '' : new URL(picture, GALLERY).href;
+  const shown = `${address} ${url}`;
+  if (element('poster').dataset.shown === shown)
     return;
-  element('poster').dataset.address = address;
-  showPoster(element('poster'));
+  element('poster').dataset.shown = shown;
+  showPoster(element('poster'), url);
+}
+
+// What the gallery says of its worlds: their titles and pictures.
+async function loadListed() {
+  const { worlds } = await fetchAgain(new URL('list.json', GALLERY), { cache: 'no-cache' })
+    .then((response) => (response.ok ? response.json() : {}))
+    .catch(() => ({}));
+  listed = new Map((Array.isArray(worlds) ? worlds : []).map((world) => [world.url, world]));
+  sayWorld();
 }
 
 // What others open to start the same world.
@@ -614,6 +628,7 @@ window.addEventListener('pageshow', ({ persisted }) => persisted && session !== 
 const startsAtOnce = takeStart();
 const kept = await recall();
 await loadDefaults();
+loadListed();
 if (kept !== null && session === null) {
   element('connect-to').value = kept.address;
   element('show').value = kept.target.mode ?? 'mjpeg';
