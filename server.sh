@@ -121,7 +121,7 @@ install_site()
         "$PWD"/build/release/packages/webots-cloud-*.deb || fail "apt-get install failed."
     cat <<'END'
 
-Installed. Open http://localhost:1999/viewer/ unless you have configured another address.
+Installed. Open http://localhost:1999/ unless you have configured another address.
   Configurations: /etc/webots-cloud/session.json and simulation.json. The site is for this machine alone until you change
   "listenAddress" there; docs/site.md has the steps for a class, and for a public site.
   Services:       systemctl status webots-session-server webots-simulation-server

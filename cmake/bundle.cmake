@@ -14,8 +14,6 @@ mark_as_advanced(WEBOTS_CLOUD_ESBUILD WEBOTS_CLOUD_NODE)
 
 # Pages have the folder `view` in their own folder, as the servers show it to them, and modules of it find what is beside them (texts, the
 # library of 3D) by their own addresses: in a bundle by that of the page's `view`.
-set(WEBOTS_CLOUD_BUNDLE_BANNER "const folderOfView = new URL('view/bundle.js', import.meta.url).href\;")
-
 function(webots_cloud_bundle)
     cmake_parse_arguments(BUNDLE "" "RESULT;OUTPUT;ROOT" "FILES;ENTRIES;SHOWN" ${ARGN})
     set(${BUNDLE_RESULT} "" PARENT_SCOPE)
@@ -43,9 +41,12 @@ function(webots_cloud_bundle)
         cmake_path(GET entry PARENT_PATH folder)
         set(options "")
         if(NOT folder STREQUAL view)
-            file(CREATE_LINK ${staging}/view ${staging}/${folder}/view SYMBOLIC)
+            string(REGEX MATCH "^[^/]+" page ${entry})
+            file(CREATE_LINK ${staging}/view ${staging}/${page}/view SYMBOLIC)
+            file(RELATIVE_PATH view /${folder} /${page}/view/bundle.js)
             if(entry MATCHES "\\.js$")
-                set(options --define:import.meta.url=folderOfView "--banner:js=${WEBOTS_CLOUD_BUNDLE_BANNER}")
+                set(options --define:import.meta.url=folderOfView
+                    "--banner:js=const folderOfView = new URL('${view}', import.meta.url).href\;")
             endif()
         endif()
         add_custom_command(

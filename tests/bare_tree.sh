@@ -96,7 +96,7 @@ inside()
     [[ $2 == root ]] || become "$2"
     step "./server.sh start"
     in_tree ./server.sh start | tee "$folder/tmp/start.log"
-    grep -qx 'Open http://localhost:1999/viewer/' "$folder/tmp/start.log" || fail "It did not print the address to open."
+    grep -qx 'Open http://localhost:1999/' "$folder/tmp/start.log" || fail "It did not print the address to open."
     expect /viewer/ '<html'
     expect /monitor 'localhost:2000'
     expect /session 'ws://localhost:1999' # whence the session server passes browsers on
@@ -127,7 +127,7 @@ inside-install()
 
     step "./server.sh install"
     in_tree ./server.sh install | tee "$log"
-    grep -q '^Installed. Open http://localhost:1999/viewer/' "$log" || fail "It did not print the address to open."
+    grep -q '^Installed. Open http://localhost:1999/ ' "$log" || fail "It did not print the address to open."
     grep -q '^This machine runs no systemd now' "$log" || fail "It did not say that nothing has been started."
     [[ -z $3 ]] || { mkdir -p "$3" && cp "$folder$checkout"/build/release/packages/*.deb "$3/"; }
 

@@ -213,9 +213,9 @@ def two_pictures(address):
 
 async def look(page):
     """What people see who open the page, start a simulation, and watch it."""
-    if "<html" not in fetch(page):
-        raise Fault(f"{page} is no page")
-    server = fetch(page.removesuffix("viewer/") + "session").strip()
+    if "<html" not in fetch(page + "viewer/worlds/"):
+        raise Fault(f"{page} leads to no page")
+    server = fetch(page + "session").strip()
     if not server.startswith("ws"):
         raise Fault(f"/session: {server}")
     trust = {"ssl": ssl._create_unverified_context()} if server.startswith("wss:") else {}
@@ -283,7 +283,7 @@ def expect_site(site, status, output, errors):
     page = re.search(r"^Open (http\S+)$", output, re.M)
     if not page and not row.silent:
         raise Fault("no address is printed: " + in_one_line(said))
-    asyncio.run(look(page[1] if page else "http://localhost:1999/viewer/"))
+    asyncio.run(look(page[1] if page else "http://localhost:1999/"))
     if row.check:
         site.run(row.check, "meanwhile", said)
     stop(site)

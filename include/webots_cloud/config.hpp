@@ -4,6 +4,7 @@
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/fleet.hpp>
+#include <webots_cloud/listed_world.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
@@ -92,7 +93,10 @@ struct SessionServiceConfig
     std::string teacher_password; ///< `teacherPassword`: opens classes. Empty: nobody can.
     /// `teacherPasswordFile`, instead: its only line is the password. The program reads it, not the service.
     std::filesystem::path teacher_password_file;
-    std::string viewer_url;  ///< `viewerUrl`: the world that the viewer page proposes.
+    std::string viewer_url; ///< `viewerUrl`: the world that the viewer page proposes.
+    /// `worlds`: what the gallery shows: worlds, and folders of worlds that machines find. Absent: all that
+    /// they find. Empty: there is no gallery.
+    std::optional<std::vector<ListedWorld>> worlds;
     Duration pause_hidden{}; ///< `pauseHidden`, in seconds; 0: simulations of hidden pages run on.
 };
 

@@ -12,6 +12,7 @@
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/controllers.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/http_client.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/websocket_client.hpp>
 
@@ -55,6 +56,9 @@ struct SessionServiceHooks
     std::function<std::string(std::size_t size)> random_bytes;
     /// To simulation servers, for `SessionServiceConfig::relay`. Must outlive the service.
     WebSocketClient* websockets = nullptr;
+    /// Asks simulation servers which worlds they have, for the gallery. Must outlive the service. Null: it
+    /// shows what the configuration says.
+    HttpClient* http = nullptr;
     /// Signs the tickets with which browsers that wait keep their places (HMAC-SHA256), the same after a
     /// restart. Empty: they keep none.
     std::function<std::string(std::string_view message)> sign_waiting_ticket;

@@ -15,8 +15,10 @@
 #include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
 #include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/picture_taker.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
 #include <webots_cloud/transport/text_files.hpp>
+#include <webots_cloud/transport/world_finder.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -81,6 +83,10 @@ struct SimulationServiceHooks
     TextFiles* program_files = nullptr;
     /// Measures the folders of simulations with a limit of disk; must outlive the service. Null: nobody does.
     FolderMeter* folder_meter = nullptr;
+    /// Finds the worlds that `GET /worlds` lists; must outlive the service. Null: none.
+    WorldFinder* world_finder = nullptr;
+    /// Takes the pictures of `GET /worlds/picture/...`; must outlive the service. Null: there are none.
+    PictureTaker* picture_taker = nullptr;
     /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
     std::function<std::string()> more_metrics;
 };

@@ -292,6 +292,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!hooks)
         co_return hooks.error();
     hooks->websockets = websockets.get();
+    hooks->http = http.get();
     hooks->sign_waiting_ticket = *sign;
     hooks->more_metrics = [&server, &administrator] {
         return app::http_server_metrics(server->statistics()) +

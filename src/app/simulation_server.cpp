@@ -31,6 +31,7 @@
 #include <webots_cloud/adapters/http_client.hpp>
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/adapters/logs.hpp>
+#include <webots_cloud/adapters/projects.hpp>
 #include <webots_cloud/adapters/secrets.hpp>
 #include <webots_cloud/announcing.hpp>
 #include <webots_cloud/registration.hpp>
@@ -233,6 +234,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     hooks->program_files = &sources.program_files();
     auto const folder_meter = make_folder_meter();
     hooks->folder_meter = sources.users() ? sources.users().get() : folder_meter.get();
+    auto const world_finder = make_world_finder(config.forges);
+    hooks->world_finder = world_finder.get();
+    auto const picture_taker = make_picture_taker(executor, log);
+    hooks->picture_taker = picture_taker.get();
     SimulationService service(service_params(config, machine), sources.fetcher(), launcher,
                               backends->partitions ? *backends->partitions : *machine.metrics, *clock, log,
                               std::move(*hooks));

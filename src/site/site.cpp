@@ -162,7 +162,7 @@ void show_network_addresses(Settings const& session)
 {
     std::string last;
     for (auto const& own : shared_addresses(interface_addresses())) {
-        last = site_address(session, own) + "viewer/";
+        last = site_address(session, own);
         say("From other machines of the network: " + last);
     }
     if (last.empty()) {
@@ -189,7 +189,7 @@ void show_addresses(StartedSite const& site)
                 say("Warning: " + weak);
     for (auto const& settings : site.servers)
         if (settings.kind == Kind::session) {
-            say(concat("Open ", site_address(settings), "viewer/"));
+            say(concat("Open ", site_address(settings)));
             if (settings.address.host == "*")
                 show_network_addresses(settings);
             else if (is_for_this_machine(settings) && has_network_site())

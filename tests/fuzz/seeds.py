@@ -237,6 +237,16 @@ def websocket_frames():
     yield b"\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0"
 
 
+def world_list():
+    yield b'#VRML_SIM R2025a utf8\nEXTERNPROTO "../protos/A.proto"\nWorldInfo {\n  title "A \\"b\\""\n  info [ "One," "two." ] # }\n}\n'
+    yield b'WorldInfo { contactProperties [ ContactProperties { title "inner" } ] info "one" title "\xc3\xa4\xe2\x80\xae" }'
+    yield b'WorldInfo { title "half'
+    yield b'{"worlds":[{"url":"local:/o/r/blob/main/worlds/a_b.wbt","title":"A","text":"About it.","group":"G"},{"url":"wss://h/p/worlds/a.wbt"}]}'
+    yield b'{"worlds":[{"url":"local:/o/r/blob/main/worlds/%zz.wbt"},1,{}],"pictures":["0123456789abcdef","x"]}'
+    yield (b"HTTP/1.0 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=WebotsFrame\r\n\r\n--WebotsFrame\r\n"
+           b"Content-Type: image/jpeg\r\nContent-Length: 6\r\n\r\n\xff\xd8\xffabc\r\n")
+
+
 def load_report():
     yield b"12.5"
     yield b" 0\n"
@@ -362,4 +372,4 @@ def smtp_reply():
 
 SEEDS = {each.__name__: each for each in (archive, class_message, client_message, configuration, controller_greeting, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
                                           http_answer, http_request, load_report, mail, mount_table, policy, port_path, service_answer, simulator_output, smtp_reply,
-                                          waiting_ticket, websocket_frames, world_url)}
+                                          waiting_ticket, websocket_frames, world_list, world_url)}

@@ -14,7 +14,7 @@ STARTS_THREADS = {
     'adapters/process/subordinate_users',
     'adapters/projects/directory_source', 'adapters/projects/folder_meter', 'adapters/projects/subordinate_source',
     'adapters/projects/text_files',
-    'adapters/projects/website_source', 'adapters/threads/blocking_pool', 'adapters/threads/worker_threads', 'app/doctor/aside', 'app/signals'}
+    'adapters/projects/website_source', 'adapters/projects/world_finder', 'adapters/threads/blocking_pool', 'adapters/threads/worker_threads', 'app/doctor/aside', 'app/signals'}
 THREADS = re.compile(r'\b(?:std::j?thread\(|std::j?thread \w+[({;]|std::vector<std::j?thread>|asio::thread_pool\b|BlockingPool\b|WorkerThreads\b)')
 QUOTED = re.compile(r'`([^`]+)`')
 

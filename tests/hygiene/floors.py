@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Folder -> what its files may include. Names are prefixes: of our own paths, or of library headers.
 STD = r'[a-z_0-9/]+'  # a header without extension
 VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/fleet.hpp', 'webots_cloud/guess_limit.hpp', 'webots_cloud/load_report.hpp', 'webots_cloud/server_load.hpp',
-          'webots_cloud/certificate_facts.hpp', 'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
+          'webots_cloud/certificate_facts.hpp', 'webots_cloud/listed_world.hpp', 'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
           'webots_cloud/simulation_user.hpp', 'webots_cloud/own_files.hpp',
           'webots_cloud/project_ref.hpp', 'webots_cloud/website_project.hpp',
           'webots_cloud/config.hpp', 'webots_cloud/process_limits.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp',
@@ -62,6 +62,7 @@ ROOMS = {
         'placement': [],
         'pages': ['load'],
         'projects': ['git'],
+        'gallery': ['projects'],
         'sandbox': ['access', 'load'],
         'simulation': ['pages'],
         'classes': ['access', 'simulation'],
@@ -69,7 +70,7 @@ ROOMS = {
         'waiting': ['access'],
         'docker': ['simulation'],
         'slurm': [],
-        'config': ['access', 'discovery', 'docker', 'notices', 'projects', 'simulation'],
+        'config': ['access', 'discovery', 'docker', 'gallery', 'notices', 'projects', 'simulation'],
     },
     'src/service': {
         'sandbox': [],

@@ -12,7 +12,7 @@ import re
 import sys
 
 WEB = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web")
-PAGES = ("viewer/index.html", "class/index.html")
+PAGES = ("viewer/index.html", "viewer/worlds/index.html", "class/index.html")
 SCRIPT = re.compile(r"(<script>)(.*?)(</script>)", re.S)
 HASH = re.compile(r"'sha256-[A-Za-z0-9+/=]*'")
 

@@ -140,7 +140,7 @@ class BelowAPath:
         return address
 
     async def check_pages(self, machines_monitor):
-        self.assertEqual(self.redirect("/webots/"), f"https://{self.host}/webots/viewer/")
+        self.assertEqual(self.redirect("/webots/"), f"https://{self.host}/webots/viewer/worlds/")
         for page in ("viewer", "class"):
             self.assertEqual(self.redirect(f"/webots/{page}"), f"https://{self.host}/webots/{page}/")
             self.assertEqual(self.get(f"/webots/{page}/")[0], 200)

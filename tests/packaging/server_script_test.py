@@ -107,7 +107,7 @@ class Starting(ServerScriptTest):
         self.assertEqual(output.splitlines(), [
             f"Started local simulation server ({self.pid('simulation')})",
             f"Started local session server ({self.pid('session')})",
-            f"Open http://localhost:{self.ports['session']}/viewer/"])
+            f"Open http://localhost:{self.ports['session']}/"])
         self.assertIn("<html", self.get("session", "/viewer/"))
         self.assertGreaterEqual(float(self.get("simulation", "/load")), 0)
         self.assertEqual(self.get("session", "/session"), f"ws://localhost:{self.ports['simulation']}")  # the first click
@@ -168,7 +168,7 @@ class Starting(ServerScriptTest):
                 self.assertEqual(said[2], "Waiting until a simulation server is free\n", said)
                 self.assertTrue(self.get("session", "/session").startswith("Error: "))
                 machine.load = "1.0"
-                self.assertEqual(script.stdout.read(), f"Open http://localhost:{self.ports['session']}/viewer/\n")
+                self.assertEqual(script.stdout.read(), f"Open http://localhost:{self.ports['session']}/\n")
             self.assertEqual(script.returncode, 0)
             self.assertEqual(self.get("session", "/session"), f"ws://{machine.address}")
 
@@ -178,7 +178,7 @@ class Starting(ServerScriptTest):
         self.assertEqual(self.start().splitlines(), [
             f"The local simulation server is already running ({pids[0]})",
             f"The local session server is already running ({pids[1]})",
-            f"Open http://localhost:{self.ports['session']}/viewer/"])
+            f"Open http://localhost:{self.ports['session']}/"])
         self.assertEqual((self.pid("simulation"), self.pid("session")), pids)
 
     def test_a_start_replaces_only_the_server_that_died(self):
@@ -218,8 +218,8 @@ class Starting(ServerScriptTest):
         self.assertRegex(password, "^[a-hjkmnp-z]{4}-[a-hjkmnp-z]{4}-[a-hjkmnp-z]{4}$")
         self.assertEqual(os.stat(self.path("log/.teacher-password")).st_mode & 0o777, 0o600)
         self.assertEqual(output.splitlines()[2:], [
-            f"Open http://localhost:{port}/viewer/",
-            f"From other machines of the network: http://192.168.7.5:{port}/viewer/",
+            f"Open http://localhost:{port}/",
+            f"From other machines of the network: http://192.168.7.5:{port}/",
             f"If they can't reach it, a firewall keeps them out: port {port} has to be open.",
             f"For a class: http://192.168.7.5:{port}/class/",
             f"Password of teachers: {password} (in log/.teacher-password)",
@@ -309,7 +309,7 @@ class Starting(ServerScriptTest):
         port = self.configure_neighbours()
         status, output, errors = self.run_script("start", "--port", str(port))
         self.assertEqual((status, errors), (0, ""), output)
-        self.assertIn(f"Open http://localhost:{port}/viewer/\n", output)
+        self.assertIn(f"Open http://localhost:{port}/\n", output)
         before = self.ports["session"]
         self.ports = {"session": port, "simulation": port + 1}
         self.assertEqual(self.get("session", "/session"), f"ws://localhost:{port + 1}")
@@ -317,15 +317,15 @@ class Starting(ServerScriptTest):
         status, output, _ = self.run_script("status")
         self.assertIn(f"  configuration  config/session/local.json, its ports moved by {port - before}\n"
                       f"  address        http://localhost:{port}/\n", output)
-        self.assertIn(f"Open http://localhost:{port}/viewer/\n", self.start())  # it stays where it is
+        self.assertIn(f"Open http://localhost:{port}/\n", self.start())  # it stays where it is
         status, _, errors = self.run_script("start", "--port", str(before))
         self.assertEqual(status, 1)
         self.assertIn(f"runs with config/simulation/local.json on port {port + 1}: stop it first, or use restart.", errors)
-        self.assertIn(f"Open http://localhost:{before}/viewer/\n", self.run_script("restart", "--port", str(before))[1])
+        self.assertIn(f"Open http://localhost:{before}/\n", self.run_script("restart", "--port", str(before))[1])
 
     def test_the_address_behind_a_proxy_is_the_public_one(self):
         self.configure("public", kinds=["session"], ssl=True, portRewrite=True, server="sim.example.org")
-        self.assertIn(f"Open https://sim.example.org/{self.ports['session']}/viewer/\n", self.start("public"))
+        self.assertIn(f"Open https://sim.example.org/{self.ports['session']}/\n", self.start("public"))
 
     def test_servers_that_speak_tls_are_seen_to_answer(self):
         if not shutil.which("openssl"):
@@ -336,7 +336,7 @@ class Starting(ServerScriptTest):
         self.configure("local", ssl=True, sslCertificate=certificate, sslKey=key)
         status, output, errors = self.run_script("start")
         self.assertEqual(status, 0, output + errors)
-        self.assertIn(f"Open https://localhost:{self.ports['session']}/viewer/\n", output)
+        self.assertIn(f"Open https://localhost:{self.ports['session']}/\n", output)
 
     def configure_tls_site(self):
         """config/*/tls.json of the repository, on other ports."""
@@ -366,7 +366,7 @@ class Starting(ServerScriptTest):
         self.assertRegex(lines.pop(1), r'^Warning: config/session/tls.json:\d+:\d+: key "sslCertificate": browsers will not believe it: self-signed certificate')
         self.assertEqual(lines, [made, f"Started tls simulation server ({self.pid('simulation')})",
                                  f"Started tls session server ({self.pid('session')})",
-                                 f"Open https://localhost:{self.ports['session']}/viewer/",
+                                 f"Open https://localhost:{self.ports['session']}/",
                                  "The operator's token, for the button Operator of the monitor: in log/.operator-token"])
         self.assertEqual(stat.S_IMODE(os.stat(self.path("tls/key.pem")).st_mode), 0o600)
         site = f"https://localhost:{self.ports['session']}"
@@ -648,7 +648,7 @@ class Installing(ServerScriptTest):
         self.assertEqual([argument for argument in arguments if argument.endswith(".deb")],
                          [self.path("build/release/packages/webots-cloud-demo_1.deb")])
         self.assertIn("Dpkg::Options::=--force-confold", arguments)
-        for said in ("http://localhost:1999/viewer/", "/etc/webots-cloud/session.json", "/var/lib/webots-cloud/session/log"):
+        for said in ("http://localhost:1999/ ", "/etc/webots-cloud/session.json", "/var/lib/webots-cloud/session/log"):
             self.assertIn(said, output)
 
     def test_packages_are_made_without_being_installed(self):

@@ -146,7 +146,7 @@ PEOPLE = [
     Row("the simulation server is process 1", user="root", before="cat >/tmp/init <<'END'\n. /srv/words\nbuild/release/bin/webots-session-server config/session/local.json "
         ">/tmp/session 2>&1 &\nunshare --pid --fork --mount-proc build/release/bin/webots-simulation-server config/simulation/local.json >/tmp/simulation "
         "2>&1 &\nfor i in $(seq 20); do get http://localhost:1999/session 2>/dev/null | grep -q ^ws: && break; sleep 0.1; done\n"
-        "echo Open http://localhost:1999/viewer/\nEND", typed="[[ $VERB = stop ]] && kill $(pgrep webots-s) || . /tmp/init"),
+        "echo Open http://localhost:1999/\nEND", typed="[[ $VERB = stop ]] && kill $(pgrep webots-s) || . /tmp/init"),
 ]
 
 NETWORK = [

@@ -78,6 +78,24 @@ test('without the QR library the link and the code are there, and no error', asy
   assert.equal(await page.isVisible('#trouble'), false);
 });
 
+test('a world of the gallery is chosen with one press', async (t) => {
+  const other = 'local:/school/week_1/blob/main/worlds/<b>.wbt';
+  await cloud.set('worlds', [{ url: WORLD, title: 'The arena' }, { url: other, title: '<b>Bold</b>' }]);
+  const page = await openForm(t, PHONE);
+  const picks = page.locator('#pick button');
+  await picks.nth(1).click();
+  assert.equal(await page.inputValue('#world'), other);
+  assert.deepEqual(await picks.allTextContents(), ['The arena', '<b>Bold</b>']);
+  assert.deepEqual(await picks.evaluateAll((all) => all.map((each) => each.ariaPressed)), ['false', 'true']);
+  await clean(page, 'with worlds');
+  await page.fill('#world', WORLD);
+  assert.deepEqual(await picks.evaluateAll((all) => all.map((each) => each.ariaPressed)), ['true', 'false']);
+  await cloud.set('class_answers', { teach: [{ class: await classOf() }] });
+  await page.fill('#password', 'abcd-efgh-jkmn');
+  await page.click('#open-class');
+  await shown(page, 'lesson');
+});
+
 test('machines that cannot fetch the project are named with the reason, and are asked again', async (t) => {
   await cloud.set('fetching', ['reason: {"code":"no-repository","values":{"name":"owner/repository"}}', 'loading: Error: Repository owner/repository does not exist or is private.']);
   const here = await cloud.call('address', 'simulation');

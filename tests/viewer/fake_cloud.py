@@ -35,6 +35,7 @@ class FakeCloud:
         self.answer = None  # Text of /session; None: the address of the fake simulation server.
         self.reason = None  # Code of a refusal that goes with that text.
         self.defaults = None  # Content of defaults.json; None: 404.
+        self.worlds = None  # Of the gallery; None: 404.
         self.held = None  # Files whose path has this in it stay on their way.
         self.relays = False  # The session server answers its own address, and takes /client.
         self.place = None  # [ahead, least, most] of whoever comes to the line of that session server, as it says them; None: a machine is free.
@@ -348,6 +349,8 @@ class FakeCloud:
             return respond(200, "text/html; charset=UTF-8", text.encode(), reason)
         if path in ("/viewer/defaults.json", "/class/defaults.json") and self.defaults is not None:
             return respond(200, "application/json", json.dumps(self.defaults).encode())
+        if path == "/viewer/worlds/list.json" and self.worlds is not None:
+            return respond(200, "application/json", json.dumps({"worlds": self.worlds}).encode())
         file = page_file(path)
         if not os.path.isfile(file):
             return respond(404, "text/plain", b"not found")

@@ -1,7 +1,7 @@
-// What a newcomer does after README's first command: opens the address that it printed, presses Start, and sees robots move. Run by
+// What a newcomer does after README's first command: opens the address that it printed, chooses a world, and sees robots move. Run by
 // tests/first_contact.sh, against the site that ./server.sh start has started with the configurations that ship.
 //
-//   SITE=http://localhost:1999/viewer/ WEBSITE=http://localhost:1998/ tests/support/run_page_test.sh tests/viewer/first_contact.mjs
+//   SITE=http://localhost:1999/ WEBSITE=http://localhost:1998/ tests/support/run_page_test.sh tests/viewer/first_contact.mjs
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -16,7 +16,8 @@ const browser = await openBrowser({ whole: true });
 test('one press starts a simulation whose picture moves, and stopping ends it', async (t) => {
   const page = await openPage(t, browser, { patience: PATIENCE_MS });
   await page.goto(SITE);
-  await page.click('#start');
+  await page.waitForSelector('body[data-worlds="4"]'); // all demo worlds, of which no configuration says anything
+  await page.click('.world');
   await page.waitForSelector('body[data-state="running"]');
   await page.waitForSelector('#picture[data-live]');
   const picture = page.locator('#picture');

@@ -2,7 +2,7 @@
 //
 //   tests/support/run_page_test.sh tests/viewer/screenshots.mjs
 //
-// With FOLDER=build/screenshots in the environment: pictures of every state of the viewer, the monitors and the website of the example,
+// With FOLDER=build/screenshots in the environment: pictures of the gallery, of every state of the viewer, the monitors and the website of the example,
 // to be looked at: in several sizes, light and dark, in two languages. Needs the release build; the picture
 // of README also the package pngquant. (Those of a class: class_screenshots.mjs. Those of the tutorial: tutorial_pictures.mjs.)
 
@@ -257,6 +257,11 @@ if (FOLDER === undefined) {
       test(`site ${size} ${look}`, async (t) => {
         site ??= await startSite();
         const options = { ...SIZES[size], ...language };
+        const gallery = await openPage(t, browser, options);
+        await gallery.goto(site.session);
+        await gallery.waitForSelector('body[data-availability="available"][data-worlds="4"]');
+        await shoot(gallery, size, look, 'gallery', { fullPage: true });
+        await gallery.context().close();
         const viewer = await openPage(t, browser, options);
         await viewer.goto(`${site.session}/viewer/?mode=w3d&url=local:/demo_projects/robots/blob/main/worlds/arena.wbt`);
         await viewer.waitForSelector('body[data-availability="available"]');

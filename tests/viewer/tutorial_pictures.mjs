@@ -27,10 +27,10 @@ const simulated = (page) => page.waitForFunction((time) => Number(document.body.
 
 test('a simulation, and the monitor while it runs', async (t) => {
   const page = await openPage(t, VIEW);
-  await page.goto(`${SITE}/viewer/`);
-  await page.waitForSelector('body[data-availability="available"]');
+  await page.goto(SITE);
+  await page.waitForSelector('body[data-availability="available"][data-worlds="4"]');
   await saveDocumentPicture(page, 'tutorial-start');
-  await page.click('#start');
+  await page.locator('.world').first().click();
   await page.waitForSelector('#picture[data-live]');
   await simulated(page);
   await saveDocumentPicture(page, 'tutorial-run');

@@ -3,8 +3,8 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { inFirefox, until } from './page.mjs';
-import { LANDSCAPE, PHONE, WORLD, cloud, enterAddress, openViewer, runSimulation, state } from './viewer_page.mjs';
+import { inFirefox, openPage, until } from './page.mjs';
+import { LANDSCAPE, PHONE, WORLD, browser, cloud, enterAddress, openViewer, runSimulation, state } from './viewer_page.mjs';
 
 const sent = async (prefix) => (await cloud.get('controls')).filter((message) => message.startsWith(prefix));
 const box = (page, selector) => page.locator(selector).evaluate((element) => element.getBoundingClientRect().toJSON());
@@ -278,6 +278,20 @@ test('who cannot have a screenshot is told what to do', async (t) => {
   await page.click('#screenshot');
   await page.waitForSelector('#warning:not([hidden])');
   assert.match(await page.textContent('#warning-text'), /please take the screenshot with your system/);
+});
+
+test('a world of the gallery has its title and picture there', async (t) => {
+  await cloud.set('worlds', [{ url: WORLD, title: 'The arena', picture: 'picture/0123456789abcdef' }]);
+  const page = await openPage(t, browser);
+  await page.route('**/viewer/worlds/picture/0123456789abcdef', async (route) =>
+    route.fulfill({ contentType: 'image/svg+xml', body: await readFile(new URL('../../src/web/viewer/favicon.svg', import.meta.url)) }));
+  await page.goto(`${await cloud.get('page')}?url=${WORLD}`);
+  await page.waitForFunction(() => document.getElementById('world-name').textContent === 'The arena');
+  await page.waitForFunction(() => document.querySelector('#poster > img')?.naturalWidth > 0 && document.querySelector('#poster > svg') === null);
+  await enterAddress(page, WORLD.replace('arena', 'other'));
+  await page.locator('#connect-to').blur();
+  await page.waitForFunction(() => document.getElementById('world-name').textContent === 'other');
+  assert.equal(await page.locator('#poster > img').count(), 0);
 });
 
 test('after its end there is the poster again, with a button that starts', async (t) => {

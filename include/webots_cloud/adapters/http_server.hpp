@@ -6,6 +6,7 @@
 #include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/picture_taker.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -145,5 +146,8 @@ std::unique_ptr<HttpServer> make_http_server(boost::asio::any_io_executor execut
 ///
 /// Errors: `invalid_config`, naming the file that is unusable.
 result<> check_certificate(std::filesystem::path const& certificate, std::filesystem::path const& key);
+
+/// Takes pictures of simulators as requests are passed on to them, brokers included.
+std::unique_ptr<PictureTaker> make_picture_taker(boost::asio::any_io_executor executor, Logger log);
 
 } // namespace webots_cloud

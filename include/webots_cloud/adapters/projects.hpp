@@ -1,16 +1,19 @@
 // Where projects come from: plain folders, git repositories, websites.
 #pragma once
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/project_source.hpp>
+#include <webots_cloud/transport/world_finder.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
@@ -19,6 +22,9 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 ///
 /// The part of the world's URL that names a branch is ignored: a plain folder is what it is.
 std::unique_ptr<ProjectSource> make_directory_source(std::filesystem::path folder);
+
+/// Finds the worlds in the plain folders among the forges; git servers are left out.
+std::unique_ptr<WorldFinder> make_world_finder(std::vector<ForgeConfig> forges);
 
 /// What all fetches of projects together may take: memory and disk. A fetch that does not fit waits, or is
 /// refused.

@@ -9,6 +9,7 @@
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
 #include "core/discovery/machine_name.hpp"
+#include "core/gallery/world_list.hpp"
 #include "core/notices/mail_message.hpp"
 #include "core/public_place.hpp"
 #include "core/text.hpp"
@@ -313,6 +314,54 @@ void warn_of_viewer_url(ConfigReader& reader, std::string const& url)
                            "as in \"https://github.com/<owner>/<repository>/blob/main/worlds/<world>.wbt\""));
 }
 
+/// An entry of `worlds`: an address, or an object with an address and what is said of it.
+void read_listed_world(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
+                       ListedWorld& world)
+{
+    constexpr std::string_view address =
+        "the address of a world or of a folder of worlds, as in \"local:/school/week_1\"";
+    auto const is_address = [](std::string_view url) {
+        return url.find(':') != std::string_view::npos && is_printable(url);
+    };
+    if (auto const* text = entry.if_string()) {
+        world.url = *text;
+        if (!is_address(world.url))
+            reader.refuse_entry("worlds", number, entry, address);
+    } else if (auto const* object = entry.if_object()) {
+        auto inner = reader.entry("worlds", number, *object);
+        inner.read_members(world);
+        if (!inner.has("url"))
+            inner.require("url", address);
+        else if (!is_address(world.url))
+            inner.refuse("url", address);
+        else if (!is_world_link(world.url))
+            for (auto const* key : {"title", "text"})
+                if (inner.has(key))
+                    inner.refuse(key, "no such key beside a folder, whose worlds say that themselves; "
+                                      "\"group\" is its heading");
+        reader.take_over(inner);
+    } else {
+        reader.refuse_entry("worlds", number, entry, concat(address, ", or {\"url\": ..., \"title\": ...}"));
+    }
+}
+
+void read_worlds(ConfigReader& reader, std::optional<std::vector<ListedWorld>>& worlds)
+{
+    auto const* found = reader.find("worlds");
+    if (!found)
+        return;
+    auto const* list = found->if_array();
+    if (!list || list->size() > max_listed_worlds)
+        return reader.refuse("worlds",
+                             "a list of at most 200 addresses, or of objects {\"url\": ..., \"title\": ...}",
+                             list_advice(*found));
+    worlds.emplace();
+    for (auto const& entry : *list) {
+        auto& world = worlds->emplace_back();
+        read_listed_world(reader, worlds->size(), entry, world);
+    }
+}
+
 /// Simulation servers announce simulations below their own `port`.
 void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
                          std::vector<std::string>& warnings)
@@ -406,6 +455,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     warn_of_two_ports(*reader, "server", config.address);
     warn_of_machines(*reader, config);
     warn_of_viewer_url(*reader, config.service.viewer_url);
+    read_worlds(*reader, config.service.worlds);
     check_network(*reader, config.address.port, config.network);
     check_access(*reader, config.access);
     check_teacher_password(*reader, config);

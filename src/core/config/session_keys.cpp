@@ -53,6 +53,28 @@ constexpr std::array machine_keys{
               .reloaded = true},
 };
 
+constexpr std::array world_keys{
+    ConfigKey{.name = "url",
+              .value = member<&ListedWorld::url>,
+              .text = "address of the world, or of a folder in which machines find worlds",
+              .required = true,
+              .reloaded = true},
+    ConfigKey{.name = "title",
+              .value = member<&ListedWorld::title>,
+              .text = "what the world is called",
+              .absent = "what the world file says",
+              .reloaded = true},
+    ConfigKey{.name = "text",
+              .value = member<&ListedWorld::text>,
+              .text = "a line about it",
+              .absent = "what the world file says",
+              .reloaded = true},
+    ConfigKey{.name = "group",
+              .value = member<&ListedWorld::group>,
+              .text = "heading below which it is shown",
+              .reloaded = true},
+};
+
 constexpr auto session_address =
     joined(std::array{ConfigKey{.name = "port",
                                 .value = member<&SessionConfig::address, &PublicAddress::port>,
@@ -196,6 +218,14 @@ constexpr std::array session_pages{
               .value = member<&SessionConfig::service, &SessionServiceConfig::viewer_url>,
               .text = "address of the world that the viewer suggests",
               .reloaded = true},
+    ConfigKey{.name = "worlds",
+              .value = shaped<KeyType::objects, &SessionConfig::service, &SessionServiceConfig::worlds>,
+              .text = R"(what the [gallery](docs/gallery.md) shows: addresses of worlds and of folders, or )"
+                      R"(objects as in `{"url": "local:/school/week_1", "group": "Week 1"}`; `[]`: there is )"
+                      "no gallery",
+              .absent = "`viewerUrl`, and all worlds in plain folders of the machines",
+              .reloaded = true,
+              .keys = world_keys},
     ConfigKey{.name = "pauseHidden",
               .value = member<&SessionConfig::service, &SessionServiceConfig::pause_hidden>,
               .text =

@@ -5,9 +5,9 @@
 
 #include "async/cancellation.hpp"
 #include "async/task_group.hpp"
-#include "core/access/forwarding.hpp"
 #include "core/load/load_table.hpp"
 #include "core/text.hpp"
+#include "machine_request.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -141,18 +141,8 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
 
 HttpRequest LoadMonitor::Impl::load_request(Watch const& watch) const
 {
-    HttpRequest request;
-    auto const& server = watch.server;
-    if (server.internal_address.empty()) {
-        request.url = server_url(server.address, params.tls, "/load");
-    } else {
-        auto inside = core::internal_request(server.internal_address, server.internal_name, "/load");
-        request.url = std::move(inside.url);
-        request.address = std::move(inside.address);
-    }
+    auto request = machine_request(watch.server, params, "/load");
     request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
-    request.timeout = params.timeout;
-    request.elsewhere = server.elsewhere;
     return request;
 }
 

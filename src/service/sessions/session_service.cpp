@@ -27,6 +27,7 @@
 #include "core/site_state.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
+#include "gallery.hpp"
 #include "machine_metrics.hpp"
 #include "service/monitor_feed.hpp"
 #include "service/route_table.hpp"
@@ -127,6 +128,7 @@ struct SessionService::Impl final : FleetObserver
           clock(time), log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
           board(monitor.params().interval, monitor.params().threshold),
           machine_metrics(machines, load_monitor, placing, time),
+          gallery(params.config, machines, load_monitor, hooks.http, time),
           classes(load_monitor, placing, time, log, class_hooks()),
           relay(relay_params(), machines, load_monitor, placing, time, log, relay_hooks())
     {
@@ -242,6 +244,7 @@ struct SessionService::Impl final : FleetObserver
     core::TokenBuckets asked; // requests of each client for a place
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
+    Gallery gallery;
     ClassEndpoint classes;
     ClientRelay relay;
 };
@@ -265,6 +268,7 @@ void SessionService::apply(SessionServiceParams params)
     impl_->relay.apply(impl_->relay_params());
     if (!keeps_budget)
         impl_->set_budget();
+    impl_->gallery.refresh();
     impl_->expire_pages();
     impl_->update_availability(impl_->clock.now());
     impl_->update_monitor();
@@ -292,7 +296,7 @@ void SessionService::Impl::settled()
 asio::awaitable<result<>> SessionService::run()
 {
     auto parts = async::first_of(impl_->carry_reports(), impl_->check_availability(),
-                                 impl_->machine_metrics.run(), impl_->relay.run());
+                                 impl_->machine_metrics.run(), impl_->relay.run(), impl_->gallery.run());
     co_return co_await std::move(parts);
 }
 
@@ -601,13 +605,14 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
 }
 
 /// Scripts are told whether a session could be placed; people, who have typed the address, are led to the
-/// page that starts one.
+/// worlds that they can start, or to the page that starts any.
 Answer SessionService::Impl::availability(IncomingRequest const& request)
 {
     auto response = core::page(available ? "1" : "0");
     if (request.header("Accept").find("text/html") != std::string_view::npos) {
         response = HttpResponse(302, {}, {});
-        response.headers.emplace_back("Location", "viewer/"); // relative, for proxies that rewrite paths
+        // relative, for proxies that rewrite paths
+        response.headers.emplace_back("Location", gallery.is_wanted() ? "viewer/worlds/" : "viewer/");
     }
     response.headers.emplace_back("Vary", "Accept");
     return response;
@@ -719,19 +724,28 @@ std::string SessionService::Impl::monitor_text() const
     return core::session_monitor_page(view);
 }
 
-/// The viewer page, and the modules from which it and pages of other sites are made.
+/// The viewer page, the gallery below it, and the modules from which they and pages of other sites are made.
 Answer SessionService::Impl::web_file(IncomingRequest const& request)
 {
     auto const path = request.path;
-    if (path == "/viewer") {
-        HttpResponse response(301, {}, {});
-        response.headers.emplace_back("Location", "viewer/"); // relative, for proxies that rewrite paths
+    if (path == "/viewer" || path == "/viewer/worlds") {
+        HttpResponse response(301, {}, {}); // relative, for proxies that rewrite paths
+        response.headers.emplace_back("Location", path == "/viewer" ? "viewer/" : "worlds/");
         return response;
     }
+    if (path == "/viewer/worlds/list.json")
+        return for_any_page(gallery.answer(request.header("If-None-Match")));
+    constexpr std::string_view picture_folder = "/viewer/worlds/picture/";
+    if (path.starts_with(picture_folder))
+        return for_any_page(
+            gallery.picture(path.substr(picture_folder.size()), request.header("If-None-Match")));
     if (path == "/viewer/defaults.json")
         return for_any_page(core::json_page(core::viewer_defaults(params.config)));
     constexpr std::string_view page_folder = "/viewer/";
-    auto name = path == page_folder ? std::string_view("viewer/index.html") : path.substr(1);
+    constexpr std::string_view gallery_folder = "/viewer/worlds/";
+    auto name = path == page_folder      ? std::string_view("viewer/index.html")
+                : path == gallery_folder ? std::string_view("viewer/worlds/index.html")
+                                         : path.substr(1);
     // The page finds the modules below itself, so that proxies need one rule for both.
     if (path.starts_with("/viewer/view/"))
         name = path.substr(page_folder.size());

@@ -16,10 +16,12 @@
 #include "core/simulation/start_refusal.hpp"
 #include "core/text.hpp"
 #include "limit_watch.hpp"
+#include "local_worlds.hpp"
 #include "service/route_table.hpp"
 #include "service/tell.hpp"
 #include "simulation_session.hpp"
 #include "status_endpoints.hpp"
+#include "world_pictures.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -59,7 +61,8 @@ struct SimulationService::Impl
         : params(std::move(parameters)), hooks(std::move(service_hooks)),
           context(params, hooks, projects, simulators, clock, std::move(logger),
                   limits_of(params, simulators.params())),
-          status(params, hooks, context, sessions, metrics)
+          status(params, hooks, context, sessions, metrics), pictures(hooks.picture_taker, sessions, clock),
+          worlds(hooks.world_finder, context.policy, pictures, clock)
     {
         apply_config();
     }
@@ -67,6 +70,8 @@ struct SimulationService::Impl
     static std::span<Route<Impl> const> routes();
     Answer front_page(IncomingRequest const& request);
     Answer client_without_upgrade(IncomingRequest const& request);
+    Answer list_worlds(IncomingRequest const& request) { return worlds.answer(request); }
+    Answer world_picture(IncomingRequest const& request);
     bool is_person(IncomingRequest const& request) const;
     bool has_ticket(IncomingRequest const& request) const;
     bool admit(std::uint64_t id, ChannelInfo const& info, core::SimulationRequest const& request,
@@ -93,6 +98,8 @@ struct SimulationService::Impl
     SessionContext context;
     SimulationSessions sessions;
     StatusEndpoints status;
+    WorldPictures pictures;
+    LocalWorlds worlds;
     std::uint64_t last_id = 0;
     std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
     /// The channels of those that have not asked for a simulation yet.
@@ -139,13 +146,15 @@ void SimulationService::Impl::apply_config()
         static_cast<std::size_t>(params.config.limit_of_an_address(context.admission.max_simulations())));
     context.admission.set_simulations_per_world(
         static_cast<std::size_t>(params.config.simulations_per_world));
+    worlds.refresh();
     for (auto const& [id, session] : sessions)
         session->limit_traffic();
 }
 
 asio::awaitable<result<>> SimulationService::run()
 {
-    auto parts = async::first_of(impl_->measure(), impl_->status.look_at_processes());
+    auto parts = async::first_of(impl_->measure(), impl_->status.look_at_processes(), impl_->worlds.run(),
+                                 impl_->pictures.run());
     if (impl_->context.launcher.params().limits.any())
         parts = async::first_of(std::move(parts), impl_->watch_limits());
     co_return co_await std::move(parts);
@@ -195,6 +204,8 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
         // clang-format off
         {"/",             core::Methods::read, &Impl::is_person,           Upgrade::ignored,  &Impl::front_page},
         {"/client",       core::Methods::get,  everybody,                  Upgrade::accepted, &Impl::client_without_upgrade},
+        {"/worlds",       core::Methods::read, everybody,                  Upgrade::ignored,  &Impl::list_worlds},
+        {"/worlds/picture/*", core::Methods::read, everybody,              Upgrade::ignored,  &Impl::world_picture},
         {"/ticket*",      core::Methods::get,  &Impl::has_ticket,          Upgrade::accepted, &Impl::client_without_upgrade},
         // Without a token nothing is found, whatever the method.
         {"/simulation/*", core::Methods::read, &Impl::leads_to_simulation, Upgrade::ignored,  &Impl::forward},
@@ -220,6 +231,12 @@ Answer SimulationService::Impl::front_page(IncomingRequest const&)
 Answer SimulationService::Impl::client_without_upgrade(IncomingRequest const& request)
 {
     return upgrade_wanted(context.log, request);
+}
+
+Answer SimulationService::Impl::world_picture(IncomingRequest const& request)
+{
+    constexpr std::string_view folder = "/worlds/picture/";
+    return pictures.answer(request.path.substr(folder.size()), request.header("If-None-Match"));
 }
 
 bool SimulationService::Impl::has_ticket(IncomingRequest const& request) const

@@ -345,11 +345,30 @@ bool SimulationSession::has_port(std::uint16_t port) const
            std::find(told.begin(), told.end(), core::editor_message) != told.end();
 }
 
+Upstream SimulationSession::simulator() const
+{
+    Upstream simulator(ready_.host, ready_.port);
+    simulator.broker = ready_.broker;
+    return simulator;
+}
+
+bool SimulationSession::streams_pictures() const
+{
+    auto const* const start = std::get_if<core::StartMessage>(&request_);
+    return start && start->mode == "mjpeg" && stage() == core::SimulationLife::Stage::running;
+}
+
+std::string_view SimulationSession::address() const noexcept
+{
+    auto const* const start = std::get_if<core::StartMessage>(&request_);
+    return start ? std::string_view(start->url) : std::string_view();
+}
+
 Forward SimulationSession::forward(core::GatewayPath const& path, IncomingRequest const& request) const
 {
     Forward forward;
     bool const is_editor = is_editors(path.port);
-    forward.upstream = Upstream(is_editor ? "127.0.0.1" : ready_.host, path.port);
+    forward.upstream = is_editor ? Upstream("127.0.0.1", path.port) : simulator();
     forward.target = path.rest;
     if (!request.query.empty())
         forward.target.append("?").append(request.query);
@@ -359,7 +378,6 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
                                               is_editor ? core::editor_policy : core::sandbox_policy);
     if (is_editor)
         return forward; // Docker opens that port of the machine for the editor
-    forward.upstream.broker = ready_.broker;
     // Webots names its own files in what it serves by http:// and this header.
     if (!request.upgrade) {
         auto base = request.is_from_proxy

@@ -147,6 +147,15 @@ public:
     /// Precondition: it has a controller key.
     ControllerWay way_of_controller(std::string_view robot) const;
 
+    /// The simulator itself, which is ready.
+    Upstream simulator() const;
+
+    /// Whether it runs a world of a forge, and streams pictures of it.
+    bool streams_pictures() const;
+
+    /// Of its world, as the browser gave it; empty: it is a project of a website.
+    std::string_view address() const noexcept;
+
     /// Takes over the limit of the context.
     void limit_traffic();
 

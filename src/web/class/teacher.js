@@ -10,6 +10,7 @@ import { FetchAhead } from './fetch_ahead.js';
 import { invite, prepareInvitation } from './invitation.js';
 import { Look } from './look.js';
 import { classSocket, confirmed, defaults, element, explainCode, explainEnd, ownServer, setText, setTrouble, show, written } from './page.js';
+import { offerWorlds } from './pick_world.js';
 import { Wall, wordsFor } from './wall.js';
 
 const WORLDS = 'webots_cloud.worlds'; // that were used on this browser
@@ -85,6 +86,7 @@ export class Teacher {
     element('worlds').replaceChildren(...suggestions.map((world) => new Option(world, world)));
     if (element('world').value === '')
       element('world').value = suggestions[0] ?? '';
+    await offerWorlds(element('pick'), element('world'));
   }
 
   #open(event) {

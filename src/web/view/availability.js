@@ -20,6 +20,12 @@ export function siteText(state) {
   }
 }
 
+// The same beside the lamp. `hasRoom`: there is a line, so where a seat or room is missing, one may wait.
+export function lightText(state, hasRoom) {
+  const text = siteText(state);
+  return hasRoom && ['busy', 'full', 'none'].includes(state) ? `${text} ${say('site.mayWait')}` : text;
+}
+
 // In short: only a visitor who finds a free machine is served at once.
 function shortOf(state) {
   switch (state) {

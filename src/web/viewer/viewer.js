@@ -6,7 +6,7 @@
 //   data-time          simulated time in milliseconds
 
 import { parseAddress, parseViewAddress, sessionServerOf, webToSocket } from './view/address.js';
-import { Availability, siteText } from './view/availability.js';
+import { Availability, lightText } from './view/availability.js';
 import { Console } from './view/console.js';
 import { fetchAgain } from './view/fetch_again.js';
 import { forget, recall, remember } from './view/memory.js';
@@ -32,6 +32,7 @@ await loadPageTexts();
 
 const page = document.body;
 const ownServer = sessionServerOf(new URL('..', location.href));
+const GALLERY = new URL('worlds/', location.href);
 const element = (id) => document.getElementById(id);
 
 let session = null;
@@ -46,6 +47,7 @@ let interrupted = ''; // its mode before that
 let place = null; // in the line: what the event "progress" tells of it
 let ticket = null; // to return with, and to what
 let hasRoom = false; // the session server of this page lets people wait
+let listed = new Map(); // the worlds of the gallery, by their addresses
 let unseen = ''; // what happened while the page was hidden: 'started' or 'free'
 let programs = null; // of the simulation that was started here
 let saidStatus = () => say('viewer.idle'); // said again when the language changes
@@ -66,12 +68,7 @@ const availability = new Availability((value, state) => {
     takeBackRefusal();
 });
 
-// Where there is a line and what it waits for is a seat or room, one may wait.
-function light() {
-  const { room, site } = page.dataset;
-  const text = siteText(site);
-  return room !== undefined && ['busy', 'full', 'none'].includes(site) ? `${text} ${say('site.mayWait')}` : text;
-}
+const light = () => lightText(page.dataset.site, page.dataset.room !== undefined);
 
 // Writes only text that differs: a screen reader would read equal text out again.
 function setText(id, text) {
@@ -449,11 +446,23 @@ function showMode() {
 // The world of the address, by its name and picture.
 function sayWorld() {
   const address = element('connect-to').value.trim();
-  setText('world-name', worldName(address));
-  if (element('poster').dataset.address === address)
+  const { title, picture } = listed.get(address) ?? {};
+  setText('world-name', title ?? worldName(address));
+  const url = picture === undefined ? '' : new URL(picture, GALLERY).href;
+  const shown = `${address} ${url}`;
+  if (element('poster').dataset.shown === shown)
     return;
-  element('poster').dataset.address = address;
-  showPoster(element('poster'));
+  element('poster').dataset.shown = shown;
+  showPoster(element('poster'), url);
+}
+
+// What the gallery says of its worlds: their titles and pictures.
+async function loadListed() {
+  const { worlds } = await fetchAgain(new URL('list.json', GALLERY), { cache: 'no-cache' })
+    .then((response) => (response.ok ? response.json() : {}))
+    .catch(() => ({}));
+  listed = new Map((Array.isArray(worlds) ? worlds : []).map((world) => [world.url, world]));
+  sayWorld();
 }
 
 // What others open to start the same world.
@@ -567,6 +576,16 @@ async function loadDefaults() {
   sayWorld();
 }
 
+// A link of the gallery starts its world at once; loading the page again then does not.
+function takeStart() {
+  const here = new URL(location);
+  const isAsked = here.searchParams.has('start');
+  here.searchParams.delete('start');
+  if (isAsked)
+    history.replaceState(history.state, '', here);
+  return isAsked;
+}
+
 // Enter in the address field. The button is not of type "submit", which Enter would press, so that only a click ends a simulation.
 element('connection').addEventListener('submit', (event) => {
   event.preventDefault();
@@ -606,10 +625,14 @@ window.addEventListener('pagehide', () => {
   session?.leave();
 });
 window.addEventListener('pageshow', ({ persisted }) => persisted && session !== null && location.reload());
+const startsAtOnce = takeStart();
 const kept = await recall();
 await loadDefaults();
+loadListed();
 if (kept !== null && session === null) {
   element('connect-to').value = kept.address;
   element('show').value = kept.target.mode ?? 'mjpeg';
   begin(kept.target, kept.ticket);
+} else if (startsAtOnce && session === null) {
+  start();
 }

@@ -130,6 +130,11 @@ BOOST_AUTO_TEST_CASE(values_with_a_shape_of_their_own_are_compared_and_copied_to
     BOOST_TEST(changes.waiting.empty());
     BOOST_TEST(listed.simulation_servers.size() == 2u);
 
+    auto const shown = session(R"({"port":1,"simulationServers":["a:1","b:1"],"worlds":[]})");
+    BOOST_TEST(core::take_reloaded(listed, shown).applied == Keys{"worlds"},
+               boost::test_tools::per_element());
+    BOOST_TEST(listed.service.worlds.has_value());
+
     auto running = simulation("{}");
     auto const next = simulation(R"({"forges":[],"notify":"https://a","launcher":{"slurm":{}}})");
     BOOST_TEST(sorted(core::take_reloaded(running, next).waiting) == (Keys{"forges", "launcher", "notify"}),

@@ -154,6 +154,51 @@ BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
                           ", found the string \"host\": write \"host:2000\", if that is its port"}});
 }
 
+BOOST_AUTO_TEST_CASE(worlds_of_the_gallery_are_addresses_or_objects)
+{
+    auto const config = parse_session_config(
+        R"({"port":1,"simulationServers":["a/1"],"worlds":["local:/school/week_1",
+            {"url":"https://github.com/o/r/blob/main/worlds/a.wbt","title":"A","text":"About it.","group":"G"}]})",
+        "c.json");
+    BOOST_TEST_REQUIRE(config.has_value());
+    BOOST_TEST(config->warnings.empty());
+    auto const& worlds = config->config.service.worlds.value();
+    BOOST_TEST_REQUIRE(worlds.size() == 2u);
+    BOOST_TEST((worlds[0] == ListedWorld("local:/school/week_1")));
+    BOOST_TEST(worlds[1].url == "https://github.com/o/r/blob/main/worlds/a.wbt");
+    BOOST_TEST(worlds[1].title == "A");
+    BOOST_TEST(worlds[1].text == "About it.");
+    BOOST_TEST(worlds[1].group == "G");
+    auto const others = [](std::string_view list) {
+        return parse_session_config(R"({"port":1,"simulationServers":["a/1"])" + std::string(list) + "}",
+                                    "c.json")
+            ->config.service.worlds;
+    };
+    BOOST_TEST(!others("").has_value());
+    BOOST_TEST(others(R"(,"worlds":[])").value().empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_wrong_world_of_the_gallery_is_named_with_its_wrong_key)
+{
+    auto const error = [](std::string_view list) {
+        return session_error(R"({"port":1,"simulationServers":["a:1"],"worlds":)" + std::string(list) + "}");
+    };
+    std::string const address =
+        "the address of a world or of a folder of worlds, as in \"local:/school/week_1\"";
+    std::string const where = "c.json: key \"worlds\", entry 1: ";
+    BOOST_TEST(error(R"(["worlds/a.wbt"])") ==
+               where + "expected " + address + ", found the string \"worlds/a.wbt\"");
+    BOOST_TEST(error(R"([{"title":"A"}])") == where + "key \"url\" is missing: expected " + address);
+    BOOST_TEST(error(R"([{"url":"local:/school","title":"A"}])") ==
+               where +
+                   "key \"title\": expected no such key beside a folder, whose worlds say that themselves; "
+                   "\"group\" is its heading, found the string \"A\"");
+    BOOST_TEST(error("[1]") ==
+               where + "expected " + address + ", or {\"url\": ..., \"title\": ...}, found the number 1");
+    BOOST_TEST(
+        error("\"local:/school\"").starts_with("c.json: key \"worlds\": expected a list of at most 200 "));
+}
+
 // Issue 20, item 2.
 BOOST_AUTO_TEST_CASE(machines_may_be_found_by_name_or_announce_themselves)
 {

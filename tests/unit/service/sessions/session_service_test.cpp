@@ -2,6 +2,7 @@
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
+#include "core/gallery/world_list.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/operator_mail.hpp>
@@ -138,6 +139,11 @@ std::string header(HttpResponse const& response, std::string_view name)
         if (line.starts_with(name) && line.substr(name.size()).starts_with(": "))
             return std::string(webots_cloud::core::trim(line.substr(name.size() + 2)));
     return {};
+}
+
+std::string text_of(HttpResponse const& response)
+{
+    return response.shared ? response.shared->text : response.body;
 }
 
 std::string content_type(HttpResponse const& response)
@@ -507,14 +513,161 @@ BOOST_AUTO_TEST_CASE(get_on_the_root_tells_availability_too)
     BOOST_TEST(fixture.get("/").body == "1");
 }
 
-BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_viewer)
+BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_viewer_where_there_is_no_gallery)
 {
-    Fixture fixture;
+    SessionServiceParams params;
+    params.config.worlds.emplace();
+    Fixture fixture(params);
     auto const opened = fixture.get("/", "GET", "text/html,application/xhtml+xml,*/*;q=0.8");
     BOOST_TEST(opened.status == 302);
     BOOST_TEST(header(opened, "Location") == "viewer/");
     for (auto const& answer : {opened, fixture.get("/")})
         BOOST_TEST(header(answer, "Vary") == "Accept");
+}
+
+BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_gallery_and_scripts_get_a_number)
+{
+    SessionServiceParams params;
+    params.config.viewer_url = "local:/o/r/blob/main/worlds/a.wbt";
+    Fixture fixture(params);
+    auto const opened = fixture.get("/", "GET", "text/html,application/xhtml+xml,*/*;q=0.8");
+    BOOST_TEST(opened.status == 302);
+    BOOST_TEST(header(opened, "Location") == "viewer/worlds/");
+    BOOST_TEST(fixture.get("/").body == "0");
+    BOOST_TEST(text_of(fixture.get("/viewer/worlds/")).find("<html") != std::string::npos);
+    BOOST_TEST(header(fixture.get("/viewer/worlds"), "Location") == "worlds/");
+    BOOST_TEST(text_of(fixture.get("/viewer/worlds/list.json")) ==
+               R"({"worlds":[{"url":"local:/o/r/blob/main/worlds/a.wbt","title":"A"}]})");
+    params.config.worlds.emplace();
+    fixture.service.apply(params);
+    BOOST_TEST(text_of(fixture.get("/viewer/worlds/list.json")) == R"({"worlds":[]})");
+    BOOST_TEST(header(fixture.get("/", "GET", "text/html"), "Location") == "viewer/");
+}
+
+namespace {
+
+/// Asks somebody who comes later.
+struct LaterHttp final : HttpClient
+{
+    boost::asio::awaitable<result<HttpResponse>> send(HttpRequest request) override
+    {
+        return to->send(std::move(request));
+    }
+
+    HttpClient* to = nullptr;
+};
+
+/// Whose gallery asks machines, by the same script as polls.
+struct GalleryFixture
+{
+    GalleryFixture() : fixture(params(), hooks())
+    {
+        later.to = &fixture.http;
+        fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+        fixture.http.expect("GET http://b:2000/load").reply(200, "10").always();
+    }
+
+    static SessionServiceParams params()
+    {
+        SessionServiceParams params;
+        params.address.ssl = false;
+        return params;
+    }
+
+    SessionServiceHooks hooks()
+    {
+        SessionServiceHooks hooks;
+        hooks.http = &later;
+        return hooks;
+    }
+
+    /// As the list says them.
+    std::string titles()
+    {
+        std::string found;
+        auto const list = text_of(fixture.get("/viewer/worlds/list.json"));
+        constexpr std::string_view key = R"("title":")";
+        for (auto at = list.find(key); at != std::string::npos; at = list.find(key, at + 1))
+            found += list.substr(at + key.size(), list.find('"', at + key.size()) - at - key.size()) + ";";
+        return found;
+    }
+
+    LaterHttp later;
+    Fixture fixture;
+};
+
+std::string list_of(std::string_view name)
+{
+    return webots_cloud::core::concat(R"({"worlds":[{"url":"local:/o/r/blob/main/worlds/)", name,
+                                      R"(.wbt","title":")", name, R"("}]})");
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(worlds_in_folders_of_machines_are_found_without_any_configuration)
+{
+    GalleryFixture gallery;
+    auto& fixture = gallery.fixture;
+    fixture.http.expect("GET http://a:2000/worlds").reply(200, list_of("one"));
+    fixture.http.expect("GET http://a:2000/worlds").fail(Failure(errc::timed_out));
+    fixture.http.expect("GET http://a:2000/worlds").reply(200, list_of("three"));
+    fixture.http.expect("GET http://b:2000/worlds").reply(404, "not found").always();
+    fixture.start({"a:2000", "b:2000"});
+    BOOST_TEST(gallery.titles() == "");
+    fixture.world.advance(10s);
+    BOOST_TEST(gallery.titles() == "one;");
+    fixture.world.advance(31s); // the second answer is none, and changes nothing
+    BOOST_TEST(fixture.polls_of("http://a:2000/worlds") == 2u);
+    BOOST_TEST(gallery.titles() == "one;");
+    fixture.world.advance(31s);
+    BOOST_TEST(gallery.titles() == "three;");
+    fixture.reload({});
+    fixture.world.advance(2s);
+    BOOST_TEST(gallery.titles() == "");
+}
+
+BOOST_AUTO_TEST_CASE(pictures_of_its_worlds_are_fetched_once_and_no_others)
+{
+    GalleryFixture gallery;
+    auto& fixture = gallery.fixture;
+    auto const key = webots_cloud::core::picture_key("local:/o/r/blob/main/worlds/one.wbt");
+    auto const jpeg = "\xff\xd8\xff" + std::string(3000, 'x');
+    auto const with = [](std::string list, std::string const& keys) {
+        list.pop_back();
+        return list + R"(,"pictures":[)" + keys + "]}";
+    };
+    auto const offered = with(list_of("one"), R"("0123456789abcdef",")" + key + R"(")");
+    fixture.http.expect("GET http://a:2000/worlds").reply(200, offered).always();
+    fixture.http.expect("GET http://a:2000/worlds/picture/" + key).reply(200, "<html>");
+    fixture.http.expect("GET http://a:2000/worlds/picture/" + key).reply(200, jpeg);
+    fixture.start({"a:2000"});
+    fixture.world.advance(20s);
+    BOOST_TEST(fixture.get("/viewer/worlds/picture/" + key).status == 404); // no picture was answered
+    fixture.world.advance(31s);
+    auto const picture = fixture.get("/viewer/worlds/picture/" + key);
+    BOOST_TEST(picture.status == 200);
+    BOOST_TEST(content_type(picture) == "image/jpeg");
+    BOOST_TEST(text_of(fixture.get("/viewer/worlds/list.json")).find("picture/" + key) != std::string::npos);
+    BOOST_TEST(fixture.get("/viewer/worlds/picture/0123456789abcdef").status == 404);
+    fixture.world.advance(100s);
+    BOOST_TEST(fixture.polls_of("http://a:2000/worlds/picture/" + key) == 2u);
+}
+
+BOOST_AUTO_TEST_CASE(not_all_machines_of_a_large_site_are_asked_for_worlds)
+{
+    GalleryFixture gallery;
+    auto& fixture = gallery.fixture;
+    std::vector<std::string> machines;
+    for (int i = 0; i < 30; ++i) {
+        machines.push_back("m" + std::to_string(i) + ":2000");
+        fixture.http.expect("GET http://" + machines.back() + "/load").reply(200, "10").always();
+        fixture.http.expect("GET http://" + machines.back() + "/worlds").reply(200, list_of("one")).always();
+    }
+    fixture.start(machines);
+    fixture.world.advance(29s);
+    auto const asks_for_worlds = [](HttpRequest const& request) { return request.url.ends_with("/worlds"); };
+    BOOST_TEST(std::ranges::count_if(fixture.http.requests(), asks_for_worlds) == 8);
+    BOOST_TEST(gallery.titles() == "one;");
 }
 
 BOOST_AUTO_TEST_CASE(what_a_browser_says_is_logged_safely_and_ignored)

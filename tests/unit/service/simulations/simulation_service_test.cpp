@@ -1,6 +1,10 @@
 #include "simulation_fixture.hpp"
 
+#include "core/gallery/world_list.hpp"
+
 #include <webots_cloud/load_report.hpp>
+#include <webots_cloud/testing/fixed_picture_taker.hpp>
+#include <webots_cloud/testing/fixed_world_finder.hpp>
 #include <webots_cloud/testing/memory_text_files.hpp>
 
 #include <csignal>
@@ -42,6 +46,11 @@ struct Fixture : SimulationFixture
 };
 
 using Texts = std::vector<std::string>;
+
+std::string list_of_worlds(SimulationFixture& fixture)
+{
+    return fixture.get("/worlds").shared->text;
+}
 
 } // namespace
 
@@ -1431,6 +1440,114 @@ BOOST_AUTO_TEST_CASE(where_no_tickets_are_asked_for_they_mean_nothing)
     }
     for (auto const* path : {"/ticket/any/load", "/ticket/client", "/ticket", "/ticket/a/b/client"})
         BOOST_TEST(fixture.get(path).status == 404, path);
+}
+
+BOOST_AUTO_TEST_CASE(worlds_that_may_run_are_listed_and_looked_for_again)
+{
+    testing::FixedWorldFinder finder;
+    auto const add = [&finder](std::string url) {
+        auto& found = finder.worlds.emplace_back();
+        found.forge = "local:";
+        found.world = ListedWorld(std::move(url));
+    };
+    add("local:/o/r/blob/main/worlds/a.wbt");
+    add("local:/private/r/blob/main/worlds/b.wbt");
+    auto hooks = simulation_service_hooks();
+    hooks.world_finder = &finder;
+    auto params = simulation_service_params();
+    params.config.repositories.allowed = {"local:/o"};
+    params.config.repositories.share_idle_time = 0;
+    SimulationFixture fixture(params, std::move(hooks));
+    BOOST_TEST(list_of_worlds(fixture) == R"({"worlds":[{"url":"local:/o/r/blob/main/worlds/a.wbt"}]})");
+    add("local:/o/r/blob/main/worlds/c.wbt");
+    fixture.world.advance(31s);
+    BOOST_TEST(finder.looked == 2);
+    BOOST_TEST(list_of_worlds(fixture).find("c.wbt") != std::string::npos);
+    params.config.repositories.allowed = {"local:/private"};
+    fixture.service.apply(params.config);
+    BOOST_TEST(list_of_worlds(fixture) ==
+               R"({"worlds":[{"url":"local:/private/r/blob/main/worlds/b.wbt"}]})");
+}
+
+namespace {
+
+struct PictureFixture
+{
+    PictureFixture() : fixture(simulation_service_params(), with_taker(taker)) {}
+
+    static SimulationServiceHooks with_taker(testing::FixedPictureTaker& taker)
+    {
+        auto hooks = simulation_service_hooks();
+        hooks.picture_taker = &taker;
+        return hooks;
+    }
+
+    bool has_picture()
+    {
+        bool const is_listed = list_of_worlds(fixture).find(key) != std::string::npos;
+        auto const answer = fixture.get("/worlds/picture/" + key);
+        BOOST_TEST(answer.status == (is_listed ? 200 : 404));
+        return is_listed;
+    }
+
+    std::string const key = core::picture_key("https://github.com/o/r/blob/main/worlds/a.wbt");
+    testing::FixedPictureTaker taker;
+    SimulationFixture fixture;
+};
+
+std::string const good_picture = "\xff\xd8\xff" + std::string(3000, 'x');
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(the_first_good_picture_of_a_world_is_kept)
+{
+    PictureFixture pictures;
+    auto& fixture = pictures.fixture;
+    fixture.processes.expect().prints(".\nreal-time\n");
+    auto& browser = fixture.say("", start_message);
+    fixture.world.advance(7s);
+    BOOST_TEST(!pictures.has_picture()); // it was asked too early
+    BOOST_TEST_REQUIRE(pictures.taker.asked.size() == 1u);
+    BOOST_TEST(pictures.taker.asked.front().port == 2001);
+    pictures.taker.picture = "\xff\xd8\xff of one colour";
+    fixture.world.advance(2s);
+    BOOST_TEST(!pictures.has_picture());
+    pictures.taker.picture = good_picture;
+    fixture.world.advance(2s);
+    BOOST_TEST(pictures.has_picture());
+    auto const asked = pictures.taker.asked.size();
+    fixture.world.advance(60s);
+    BOOST_TEST(pictures.taker.asked.size() == asked);
+    fixture.leave(browser);
+    fixture.world.advance(60s);
+    BOOST_TEST(pictures.has_picture());
+}
+
+BOOST_AUTO_TEST_CASE(a_simulation_that_shows_nothing_is_not_asked_for_ever)
+{
+    PictureFixture pictures;
+    auto& fixture = pictures.fixture;
+    fixture.processes.expect().prints(".\nreal-time\n");
+    auto& browser = fixture.say("", start_message);
+    fixture.world.advance(300s);
+    BOOST_TEST(pictures.taker.asked.size() == 8u);
+    BOOST_TEST(!pictures.has_picture());
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(projects_of_websites_and_scenes_have_no_pictures)
+{
+    PictureFixture pictures;
+    pictures.taker.picture = good_picture;
+    auto& fixture = pictures.fixture;
+    fixture.processes.expect().prints(".\nreal-time\n");
+    fixture.processes.expect().prints(".\nreal-time\n");
+    auto& website = fixture.say("", init_message);
+    auto& scene = fixture.say("", R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt"}})");
+    fixture.world.advance(60s);
+    BOOST_TEST(pictures.taker.asked.empty());
+    fixture.leave(website);
+    fixture.leave(scene);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

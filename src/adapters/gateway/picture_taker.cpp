@@ -1,0 +1,88 @@
+// Reads one picture of a simulator's stream, reached as the gateway reaches it, and hangs up.
+#include "core/simulation/first_picture.hpp"
+#include "upstream_socket.hpp"
+#include "upstreams.hpp"
+
+#include <webots_cloud/adapters/http_server.hpp>
+#include <webots_cloud/transport/picture_taker.hpp>
+
+#include <boost/asio/steady_timer.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <utility>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+
+constexpr auto patience = std::chrono::seconds(5);
+constexpr std::size_t picture_read = std::size_t{32} << 10;
+constexpr std::string_view picture_request = "GET /mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n";
+
+class GatewayPictureTaker final : public PictureTaker
+{
+public:
+    GatewayPictureTaker(asio::any_io_executor executor, Logger log)
+        : executor_(std::move(executor)), upstreams_(executor_, params_, statistics_, std::move(log))
+    {}
+
+    asio::awaitable<result<std::string>> take(Upstream simulator) override
+    {
+        adapters::UpstreamSocket socket(executor_, upstreams_);
+        auto const is_late = std::make_shared<bool>(false);
+        asio::steady_timer deadline(executor_, patience);
+        deadline.async_wait([&socket, is_late](boost::system::error_code error) {
+            if (error)
+                return; // the socket may be gone
+            *is_late = true;
+            socket.close();
+        });
+        auto taken = co_await read_one(socket, simulator);
+        deadline.cancel();
+        if (!taken && *is_late)
+            co_return Failure(errc::timed_out);
+        co_return taken;
+    }
+
+private:
+    static asio::awaitable<result<std::string>> read_one(adapters::UpstreamSocket& socket,
+                                                         Upstream const& simulator)
+    {
+        auto const connected = co_await socket.connect(simulator);
+        if (!connected)
+            co_return connected.error();
+        auto const written = co_await socket.write(picture_request);
+        if (written)
+            co_return Failure(errc::unreachable, written.message());
+        std::string answer;
+        while (answer.size() < core::max_picture_answer) {
+            auto const had = answer.size();
+            answer.resize(had + picture_read);
+            auto const [error, got] = co_await socket.read_some(answer.data() + had, picture_read);
+            answer.resize(had + got);
+            auto const first = core::first_picture(answer);
+            if (first.state == core::FirstPicture::State::found)
+                co_return std::string(first.picture);
+            if (error || first.state == core::FirstPicture::State::none)
+                break;
+        }
+        co_return Failure(errc::protocol_error, "no picture comes");
+    }
+
+    asio::any_io_executor executor_;
+    HttpServerParams params_;
+    HttpServerStatistics statistics_;
+    adapters::Upstreams upstreams_;
+};
+
+} // namespace
+
+std::unique_ptr<PictureTaker> make_picture_taker(asio::any_io_executor executor, Logger log)
+{
+    return std::make_unique<GatewayPictureTaker>(std::move(executor), std::move(log));
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,150 @@
+// Looks through the plain folders of forges for worlds, which are in
+// `<owner>/<repository>/[<folder>/]worlds`. The operator may have put links to owners and repositories into
+// them; what projects consist of is somebody's, and links there are not followed.
+#include "adapters/threads/blocking_pool.hpp"
+#include "project_world.hpp"
+
+#include "core/projects/world_info.hpp"
+#include "core/safe_names.hpp"
+#include "core/text.hpp"
+#include "core/web_form.hpp"
+
+#include <webots_cloud/adapters/projects.hpp>
+
+#include <algorithm>
+#include <fstream>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using core::concat;
+
+constexpr std::size_t most_worlds = 200;
+constexpr std::size_t most_entries = 20'000; // of folders: a second or so on a slow disk
+constexpr int deepest = 3;                   // folders between a repository and `worlds`
+
+/// One search.
+class WorldSearch
+{
+public:
+    std::vector<FoundWorld> run(std::vector<ForgeConfig> const& forges)
+    {
+        for (auto const& forge : forges) {
+            forge_ = forge.url;
+            for (auto const& owner : folders_in(forge.directory, Links::followed))
+                for (auto const& repository : folders_in(owner, Links::followed))
+                    search(repository, repository, 0);
+        }
+        return std::move(found_);
+    }
+
+private:
+    enum class Links
+    {
+        followed,
+        left_out
+    };
+
+    /// Without hidden ones, in the order of their names.
+    std::vector<fs::path> entries_of(fs::path const& folder)
+    {
+        std::vector<fs::path> entries;
+        std::error_code failed;
+        for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
+             entry.increment(failed)) {
+            if (++seen_ > most_entries)
+                break;
+            auto const name = entry->path().filename().string();
+            if (!name.starts_with('.') && core::is_safe_file_name(name))
+                entries.push_back(entry->path());
+        }
+        std::ranges::sort(entries);
+        return entries;
+    }
+
+    std::vector<fs::path> folders_in(fs::path const& folder, Links links)
+    {
+        auto folders = entries_of(folder);
+        std::erase_if(folders, [links](fs::path const& entry) {
+            std::error_code failed;
+            bool const is_link = links == Links::left_out && fs::is_symlink(entry, failed);
+            return is_link || !fs::is_directory(entry, failed);
+        });
+        return folders;
+    }
+
+    void search(fs::path const& repository, fs::path const& folder, int depth)
+    {
+        for (auto const& inner : folders_in(folder, Links::left_out)) {
+            if (inner.filename() == "worlds")
+                add_worlds(repository, inner);
+            else if (depth < deepest)
+                search(repository, inner, depth + 1);
+        }
+    }
+
+    void add_worlds(fs::path const& repository, fs::path const& worlds)
+    {
+        if (!core::is_published(adapters::read_webots_yml(worlds.parent_path())))
+            return;
+        for (auto const& file : entries_of(worlds)) {
+            std::error_code failed;
+            bool const is_file = fs::symlink_status(file, failed).type() == fs::file_type::regular;
+            if (found_.size() < most_worlds && is_file && file.extension() == ".wbt")
+                add(repository, file);
+        }
+    }
+
+    void add(fs::path const& repository, fs::path const& file)
+    {
+        std::ifstream stream(file, std::ios::binary);
+        std::string beginning(core::world_info_bytes, '\0');
+        stream.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+        beginning.resize(static_cast<std::size_t>(stream.gcount()));
+        if (beginning.empty())
+            return;
+        auto info = core::world_info(beginning);
+        auto& found = found_.emplace_back();
+        found.forge = forge_;
+        found.world.url = concat(forge_, "/", repository.parent_path().filename().string(), "/",
+                                 repository.filename().string(), "/blob/main");
+        for (auto const& part : file.lexically_relative(repository))
+            found.world.url += concat("/", core::percent_encode(part.string()));
+        found.world.title = std::move(info.title);
+        found.world.text = std::move(info.text);
+    }
+
+    std::string forge_;
+    std::vector<FoundWorld> found_;
+    std::size_t seen_ = 0;
+};
+
+class PlainWorldFinder final : public WorldFinder
+{
+public:
+    explicit PlainWorldFinder(std::vector<ForgeConfig> forges)
+        : forges_(std::move(forges)), pool_(1, adapters::BlockingPool::Priority::background)
+    {}
+
+    asio::awaitable<std::vector<FoundWorld>> find() override
+    {
+        auto work = [forges = forges_] { return WorldSearch().run(forges); };
+        co_return co_await pool_.run(std::move(work));
+    }
+
+private:
+    std::vector<ForgeConfig> forges_;
+    adapters::BlockingPool pool_;
+};
+
+} // namespace
+
+std::unique_ptr<WorldFinder> make_world_finder(std::vector<ForgeConfig> forges)
+{
+    std::erase_if(forges, [](ForgeConfig const& forge) { return forge.directory.empty(); });
+    return std::make_unique<PlainWorldFinder>(std::move(forges));
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,142 @@
+// Decisions: core/gallery/world_list, core/simulation/first_picture.
+#include "gallery.hpp"
+
+#include "core/gallery/world_list.hpp"
+#include "core/pages/http_pages.hpp"
+#include "core/simulation/first_picture.hpp"
+#include "core/text.hpp"
+#include "machine_request.hpp"
+
+#include <set>
+#include <utility>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr auto gallery_look = std::chrono::seconds(1);   // soon after a machine has come
+constexpr auto gallery_again = std::chrono::seconds(30); // as often as machines look themselves
+constexpr std::size_t asked_machines = 8;
+constexpr std::size_t gallery_pictures = 64; // of 256 KB at most, mostly of 50
+
+} // namespace
+
+asio::awaitable<result<>> Gallery::run()
+{
+    for (;;) {
+        auto const waited = co_await clock_.wait_until(clock_.now() + gallery_look);
+        if (!waited)
+            co_return waited;
+        forget_removed();
+        auto const* const server = http_ ? due() : nullptr;
+        if (!server)
+            continue;
+        auto const asked = co_await ask(*server);
+        if (!asked)
+            co_return asked;
+    }
+}
+
+/// The next machine to be asked; null: none.
+ServerSpec const* Gallery::due() const
+{
+    std::size_t passed = 0;
+    for (auto const& machine : fleet_.machines()) {
+        auto const* const server = monitor_.find(machine.spec.address);
+        if (!server || server->state != ServerState::up)
+            continue;
+        auto const known = known_.find(machine.spec.address);
+        if (known == known_.end() || clock_.now() - known->second.asked >= gallery_again)
+            return &machine.spec;
+        if (++passed == asked_machines)
+            break;
+    }
+    return nullptr;
+}
+
+/// Errors: `operation_aborted`.
+asio::awaitable<result<>> Gallery::ask(ServerSpec server)
+{
+    auto request = machine_request(server, monitor_.params(), "/worlds");
+    request.headers.emplace_back("Accept", "application/json");
+    request.body_limit = core::max_world_list;
+    auto const answer = co_await http_->send(std::move(request));
+    if (!answer && answer.error().code() == asio::error::operation_aborted)
+        co_return answer.error();
+    auto& known = known_[server.address];
+    known.asked = clock_.now();
+    if (!answer)
+        co_return result<>(); // it has what it had
+    auto worlds = answer->status == 200 ? core::parse_world_list(answer->body) : std::nullopt;
+    known.pictures = core::parse_picture_keys(answer->status == 200 ? answer->body : std::string());
+    known.worlds =
+        worlds ? std::move(*worlds) : std::vector<ListedWorld>(); // Python servers know no such path
+    page_.expire();
+    auto fetched = co_await fetch_pictures(std::move(server));
+    co_return fetched;
+}
+
+/// Those of the list's worlds of which there are none yet. They are kept as long as the worlds are listed.
+/// Errors: `operation_aborted`.
+asio::awaitable<result<>> Gallery::fetch_pictures(ServerSpec server)
+{
+    std::set<std::string, std::less<>> listed;
+    for (auto const& world : worlds())
+        listed.insert(core::picture_key(world.url));
+    std::erase_if(pictures_, [&listed](auto const& entry) { return !listed.contains(entry.first); });
+    auto const offered = known_[server.address].pictures;
+    for (auto const& key : offered) {
+        if (!listed.contains(key) || pictures_.contains(key) || pictures_.size() == gallery_pictures)
+            continue;
+        auto request = machine_request(server, monitor_.params(), core::concat("/worlds/picture/", key));
+        request.body_limit = core::max_world_picture;
+        auto answer = co_await http_->send(std::move(request));
+        if (!answer && answer.error().code() == asio::error::operation_aborted)
+            co_return answer.error();
+        if (!answer || answer->status != 200 || !core::is_world_picture(answer->body))
+            continue;
+        pictures_[key].set(std::move(answer->body));
+        page_.expire();
+    }
+    co_return result<>();
+}
+
+void Gallery::forget_removed()
+{
+    auto const removed =
+        std::erase_if(known_, [this](auto const& entry) { return !fleet_.find(entry.first); });
+    if (removed > 0)
+        page_.expire();
+}
+
+std::vector<ListedWorld> Gallery::worlds() const
+{
+    std::vector<ListedWorld> found;
+    for (auto const& [machine, known] : known_)
+        found.insert(found.end(), known.worlds.begin(), known.worlds.end());
+    return core::gallery_worlds(config_.worlds, config_.viewer_url, found);
+}
+
+std::string Gallery::list_text()
+{
+    std::vector<std::string> keys;
+    for (auto const& [key, picture] : pictures_)
+        keys.push_back(key);
+    return core::gallery_json(worlds(), keys);
+}
+
+HttpResponse Gallery::picture(std::string_view key, std::string_view if_none_match) const
+{
+    auto const found = pictures_.find(key);
+    return found == pictures_.end() ? core::not_found_page()
+                                    : found->second.answer("image/jpeg", if_none_match);
+}
+
+HttpResponse Gallery::answer(std::string_view if_none_match)
+{
+    auto const make = [this] { return list_text(); };
+    return page_.get(clock_.now(), make).answer("application/json", if_none_match);
+}
+
+} // namespace webots_cloud

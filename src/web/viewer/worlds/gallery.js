@@ -1,0 +1,90 @@
+// The gallery: the worlds that this site shows, each a link that starts it in the viewer. What there is says list.json.
+
+import { sessionServerOf, webToSocket } from '../view/address.js';
+import { Availability, lightText } from '../view/availability.js';
+import { worldPicture } from '../view/drawing.js';
+import { fetchAgain } from '../view/fetch_again.js';
+import { loadPageTexts, offerLanguages } from '../view/page_texts.js';
+import { say } from '../view/texts.js';
+
+await loadPageTexts();
+
+const UPDATE_MS = 10000; // machines that have just been started tell their worlds soon
+
+const page = document.body;
+let shown = '';
+const element = (id) => document.getElementById(id);
+const copyOf = (id) => element(id).content.cloneNode(true).firstElementChild;
+const startOf = (url) => `../?${new URLSearchParams({ url, start: '' })}`;
+
+function sayLight() {
+  const text = lightText(page.dataset.site, 'room' in page.dataset);
+  if (element('light-text').textContent !== text)
+    element('light-text').textContent = text;
+}
+
+function card(world, number) {
+  const { url, title, text } = world;
+  const item = copyOf('card');
+  const link = item.querySelector('a');
+  link.href = startOf(url);
+  link.setAttribute('aria-describedby', `about-${number}`);
+  item.querySelector('.picture').prepend(worldPicture(world, number, location));
+  item.querySelector('.name').textContent = title;
+  const about = item.querySelector('.about');
+  about.id = `about-${number}`;
+  about.textContent = text ?? '';
+  about.hidden = text === undefined;
+  return item;
+}
+
+// Worlds of one group stand together, in the order of the list; those of none are the first ones.
+function show(worlds) {
+  const href = document.activeElement?.href; // of the card that has the focus, which it keeps
+  const groups = new Map([['', []]]);
+  worlds.forEach((world, number) => {
+    const group = world.group ?? '';
+    groups.set(group, [...groups.get(group) ?? [], card(world, number)]);
+  });
+  element('groups').replaceChildren(...Array.from(groups).filter(([, cards]) => cards.length > 0).map(([name, cards]) => {
+    const section = copyOf('group');
+    section.querySelector('h2').textContent = name;
+    section.querySelector('h2').hidden = name === '';
+    section.querySelector('ul').append(...cards);
+    return section;
+  }));
+  Array.from(element('groups').querySelectorAll('a')).find((link) => link.href === href)?.focus({ preventScroll: true });
+  element('nothing').hidden = worlds.length > 0;
+  page.dataset.worlds = worlds.length;
+}
+
+const asked = (name) => fetchAgain(name, { cache: 'no-cache' }).then((response) => (response.ok ? response.json() : {})).catch(() => ({}));
+
+async function update() {
+  const { worlds } = await asked('list.json');
+  const text = JSON.stringify(worlds ?? []);
+  if (text === shown || (worlds === undefined && shown !== ''))
+    return;
+  shown = text;
+  show(worlds ?? []);
+}
+
+const ownServer = sessionServerOf(new URL('../..', location.href));
+new Availability((value, state) => {
+  page.dataset.availability = value;
+  page.dataset.site = state;
+  sayLight();
+}).follow(webToSocket(ownServer));
+offerLanguages(element('language'), sayLight);
+element('other').addEventListener('submit', (event) => {
+  event.preventDefault();
+  const url = element('address').value.trim();
+  if (url !== '')
+    location.assign(startOf(url));
+});
+asked('../defaults.json').then(({ waiting }) => {
+  page.toggleAttribute('data-room', waiting === true);
+  sayLight();
+});
+await update();
+setInterval(() => document.hidden || update(), UPDATE_MS);

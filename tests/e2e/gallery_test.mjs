@@ -1,0 +1,162 @@
+// The gallery of a site of one machine, with real servers and without any word about worlds in their configurations: what people see who
+// open its address, and that one press starts a world.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { accessibilityFindings, openBrowser, openPage, until } from '../viewer/page.mjs';
+import { WORLD, startClassSite, state } from './class_site.mjs';
+
+const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true };
+const TITLES = ['Robots in an arena', 'A robot on patrol', 'Corridor', 'Two robots'];
+const LANGUAGES = ['en', 'de', 'es', 'fr', 'it', 'ja', 'zh'];
+
+const site = await startClassSite({
+  session: (ports) => ({ simulationServers: [`localhost:${ports.simulation}`], relay: true, viewerUrl: WORLD }),
+  simulation: () => ({ maxConnections: 1 }),
+});
+const { server } = site;
+const browser = await openBrowser();
+
+async function openGallery(t, { worlds = 4, ...options } = {}) {
+  const page = await openPage(t, browser, options);
+  await page.goto(server);
+  await page.waitForSelector(`body[data-worlds="${worlds}"]`);
+  return page;
+}
+
+const titles = (page) => page.locator('.world .name').allTextContents();
+const isRunning = async (page) => {
+  await state(page, 'running');
+  await page.waitForSelector('#picture[data-live]');
+};
+const quit = async (page) => {
+  await page.click('#quit');
+  await page.waitForSelector('body[data-state="ended"], body[data-state="idle"]');
+};
+
+// With this list in the configuration of the session server, until the test ends.
+async function list(t, worlds, shown) {
+  t.after(() => site.session.reread({}));
+  await site.session.reread({ worlds });
+  await until(async () => (await (await fetch(`${server}/viewer/worlds/list.json`)).json()).worlds.length === shown, 'the list');
+}
+
+test('the address of a site leads people to all demo worlds, and scripts to a number', async (t) => {
+  const page = await openGallery(t);
+  assert.equal(page.url(), `${server}/viewer/worlds/`);
+  const found = await titles(page);
+  assert.equal(found[0], TITLES[0]); // the one of "viewerUrl"
+  assert.deepEqual(found.toSorted(), TITLES.toSorted());
+  assert.match(await page.locator('.world').first().textContent(), /see walls and each other/);
+  assert.equal(await (await fetch(server)).text(), '1');
+});
+
+test('one press starts a world, and its page leads back', async (t) => {
+  const page = await openGallery(t);
+  await page.locator('.world').first().click();
+  await isRunning(page);
+  assert.equal(new URL(page.url()).search, `?url=${encodeURIComponent(WORLD)}`);
+  await quit(page);
+  await page.reload();
+  await page.waitForSelector('body[data-availability="available"]');
+  assert.equal(await page.getAttribute('body', 'data-state'), 'idle', 'loading the page again has started a simulation');
+  await page.click('#worlds');
+  await page.waitForSelector('body[data-worlds="4"]');
+});
+
+test('a world that has run shows its own picture from then on', { timeout: 120000 }, async (t) => {
+  const page = await openGallery(t, { patience: 90000 });
+  const visitor = await openGallery(t);
+  await visitor.locator('.world', { hasText: TITLES[1] }).click();
+  await isRunning(visitor);
+  const card = page.locator('.world', { hasText: TITLES[1] });
+  const picture = card.locator('.picture img');
+  await picture.waitFor(); // the machine looks every two seconds, the session server asks every thirty, the page every ten
+  await page.waitForFunction((image) => image.complete && image.naturalWidth > 100, await picture.elementHandle());
+  await quit(visitor);
+  assert.equal(await page.locator('.world', { hasText: TITLES[2] }).locator('.picture svg.drawing').count(), 1);
+});
+
+test('a keyboard is enough', async (t) => {
+  const page = await openGallery(t);
+  await page.focus('#language');
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Tab');
+  assert.equal(await page.locator('.world').nth(1).evaluate((link) => link === document.activeElement), true);
+  await page.keyboard.press('Enter');
+  await isRunning(page);
+  await quit(page);
+});
+
+test('the address of any world starts it, too', async (t) => {
+  const page = await openGallery(t);
+  await page.fill('#address', ` ${WORLD} `);
+  await page.keyboard.press('Enter');
+  await isRunning(page);
+  await quit(page);
+});
+
+test('an operator lists worlds, folders and groups, in words of the own', async (t) => {
+  await list(t, [
+    'local:/demo_projects/patrol',
+    { url: WORLD, title: '<b>Lesson 1</b>', group: 'Week 1' },
+    { url: 'local:/demo_projects/robots', group: 'Week 2' },
+    { url: 'https://github.com/o/r/blob/main/worlds/pick_and_place.wbt', text: 'From afar', group: 'Week 1' },
+  ], 5);
+  const page = await openGallery(t, { worlds: 5 });
+  assert.deepEqual(await titles(page), ['A robot on patrol', '<b>Lesson 1</b>', 'Pick and place', 'Corridor', 'Two robots']);
+  assert.deepEqual(await page.locator('.group h2:visible').allTextContents(), ['Week 1', 'Week 2']);
+});
+
+test('a page that is open shows what has changed, and the focus stays', async (t) => {
+  const page = await openGallery(t, { patience: 30000 });
+  await page.locator('.world').first().focus();
+  await list(t, [WORLD], 1);
+  await page.waitForSelector('body[data-worlds="1"]');
+  assert.equal(await page.locator('.world').evaluate((link) => link === document.activeElement), true);
+});
+
+test('without a gallery the address leads to the viewer', async (t) => {
+  await list(t, [], 0);
+  const page = await openPage(t, browser);
+  await page.goto(server);
+  assert.equal(page.url(), `${server}/viewer/`);
+  await page.goto(`${server}/viewer/worlds/`);
+  await page.locator('#nothing').waitFor();
+});
+
+test('it says what the site is, as the viewer does', async (t) => {
+  const page = await openGallery(t);
+  const says = (text) => page.waitForFunction((wanted) => document.getElementById('light-text').textContent === wanted, text);
+  await says('A machine is free.');
+  const other = await openGallery(t);
+  await other.locator('.world').first().click();
+  await isRunning(other);
+  await says('Every seat is taken. You can wait in line.');
+  await quit(other);
+  await says('A machine is free.');
+});
+
+for (const colorScheme of ['light', 'dark']) {
+  for (const [name, size] of Object.entries({ phone: PHONE, laptop: { viewport: { width: 1280, height: 720 } } })) {
+    test(`axe-core finds nothing: ${name}, ${colorScheme}`, async (t) => {
+      await list(t, ['local:/demo_projects/patrol', { url: 'local:/demo_projects/robots', group: 'Robots' }], 4);
+      const page = await openGallery(t, { ...size, colorScheme });
+      assert.deepEqual(await accessibilityFindings(page), []);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true, 'it is too wide');
+    });
+  }
+}
+
+test('it speaks seven languages', async (t) => {
+  const page = await openGallery(t);
+  const leads = new Set();
+  for (const language of LANGUAGES) {
+    await page.selectOption('#language', language);
+    await page.waitForSelector(`html[lang="${language}"]`);
+    assert.doesNotMatch(await page.locator('body').innerText(), /\b(gallery|viewer|site)\.[a-z]/);
+    leads.add(await page.textContent('.lead'));
+  }
+  assert.equal(leads.size, LANGUAGES.length);
+});

@@ -1,0 +1,142 @@
+#include "unit_test.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/use_future.hpp>
+
+#include <stdlib.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+using namespace webots_cloud;
+
+BOOST_AUTO_TEST_SUITE(world_finder)
+
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+
+struct WorldFolder
+{
+    WorldFolder()
+    {
+        auto name = (fs::temp_directory_path() / "webots_cloud_worlds_XXXXXX").string();
+        BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
+        folder = name;
+    }
+
+    ~WorldFolder() { fs::remove_all(folder); }
+
+    void write(fs::path const& file, std::string_view text = "#VRML_SIM R2025a utf8\n") const
+    {
+        fs::create_directories((folder / file).parent_path());
+        std::ofstream(folder / file) << text;
+    }
+
+    std::vector<FoundWorld> find() const
+    {
+        std::vector<ForgeConfig> forges{ForgeConfig("https://github.com"), ForgeConfig("local:")};
+        forges.back().directory = folder;
+        auto const finder = make_world_finder(forges);
+        asio::io_context context;
+        auto found = asio::co_spawn(context, finder->find(), asio::use_future);
+        context.run();
+        return found.get();
+    }
+
+    std::vector<std::string> addresses() const
+    {
+        std::vector<std::string> all;
+        for (auto const& found : find())
+            all.push_back(found.world.url);
+        return all;
+    }
+
+    fs::path folder;
+};
+
+using FoundAddresses = std::vector<std::string>;
+
+} // namespace
+
+BOOST_FIXTURE_TEST_CASE(worlds_are_found_with_their_addresses_and_what_they_say, WorldFolder)
+{
+    write("o/r/worlds/b.wbt", "WorldInfo { title \"The second\" info [ \"About it.\" ] }");
+    write("o/r/worlds/a 1.wbt");
+    write("o/q/projects/arm/worlds/arm.wbt");
+    auto const found = find();
+    BOOST_TEST_REQUIRE(found.size() == 3u);
+    BOOST_TEST(found[0].world.url == "local:/o/q/blob/main/projects/arm/worlds/arm.wbt");
+    BOOST_TEST(found[1].world.url == "local:/o/r/blob/main/worlds/a%201.wbt");
+    BOOST_TEST(found[1].world.title.empty());
+    BOOST_TEST(found[2].world.url == "local:/o/r/blob/main/worlds/b.wbt");
+    BOOST_TEST(found[2].world.title == "The second");
+    BOOST_TEST(found[2].world.text == "About it.");
+    BOOST_TEST(found[2].forge == "local:");
+}
+
+BOOST_FIXTURE_TEST_CASE(what_is_found_can_be_fetched, WorldFolder)
+{
+    write("o/r/projects/two arms/worlds/ä.wbt");
+    auto const all = addresses();
+    BOOST_TEST_REQUIRE(all.size() == 1u);
+    auto const parsed = parse_world_url(all[0], {ForgeAddress("local:")});
+    BOOST_TEST_REQUIRE(parsed.has_value());
+    BOOST_TEST(parsed->ref_and_folder == "main/projects/two arms");
+    BOOST_TEST(parsed->world == "ä.wbt");
+}
+
+BOOST_FIXTURE_TEST_CASE(projects_that_are_not_published_are_left_out, WorldFolder)
+{
+    write("o/r/worlds/a.wbt");
+    write("o/r/webots.yml", "publish: false\n");
+    write("o/r/inner/worlds/b.wbt");
+    BOOST_TEST(addresses() == FoundAddresses{"local:/o/r/blob/main/inner/worlds/b.wbt"},
+               boost::test_tools::per_element());
+}
+
+BOOST_FIXTURE_TEST_CASE(other_files_and_hidden_ones_are_left_out, WorldFolder)
+{
+    write("o/r/worlds/.a.wbt");
+    write("o/r/worlds/a.wbproj");
+    write("o/r/worlds/empty.wbt", "");
+    write("o/r/.git/worlds/a.wbt");
+    write("o/worlds/a.wbt");
+    write("o/r/1/2/3/4/worlds/deep.wbt");
+    fs::create_directories(folder / "o/r/worlds/folder.wbt");
+    BOOST_TEST(::mkfifo((folder / "o/r/worlds/pipe.wbt").c_str(), 0600) == 0);
+    BOOST_TEST(addresses() == FoundAddresses(), boost::test_tools::per_element());
+}
+
+BOOST_FIXTURE_TEST_CASE(links_of_the_operator_are_followed_and_those_in_projects_not, WorldFolder)
+{
+    write("elsewhere/worlds/a.wbt");
+    fs::create_directories(folder / "o/own/worlds");
+    fs::create_directory_symlink(folder / "elsewhere", folder / "o/linked");
+    fs::create_directory_symlink(folder / "elsewhere", folder / "o/own/inner");
+    fs::create_symlink(folder / "elsewhere/worlds/a.wbt", folder / "o/own/worlds/a.wbt");
+    BOOST_TEST(addresses() == FoundAddresses{"local:/o/linked/blob/main/worlds/a.wbt"},
+               boost::test_tools::per_element());
+}
+
+BOOST_FIXTURE_TEST_CASE(a_folder_that_is_not_there_has_no_worlds, WorldFolder)
+{
+    fs::remove_all(folder);
+    BOOST_TEST(find().empty());
+}
+
+BOOST_FIXTURE_TEST_CASE(of_very_many_worlds_some_are_found, WorldFolder)
+{
+    for (int i = 0; i < 250; ++i)
+        write("o/r/worlds/" + std::to_string(i) + ".wbt");
+    BOOST_TEST(find().size() == 200u);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
