@@ -160,18 +160,16 @@ class Programs(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual((await self.save(browser, "drive/drive.py", text))["code"], "not-saved")
 
             async def flood():
-                for _ in range(10_000):
-                    await browser.socket.send(json.dumps({"write": {"path": "drive/drive.py", "text": "y"}}))
-
-            async def count():
-                told = [await browser.hear("file: ") for _ in range(10_000)]
-                return sum('"saved":true' in text for text in told)
-            sending = asyncio.create_task(flood())
-            counting = asyncio.create_task(count())
+                saved = 0
+                for _ in range(100):
+                    for _ in range(100):  # as many as fit into the answers' queue
+                        await browser.socket.send(json.dumps({"write": {"path": "drive/drive.py", "text": "y"}}))
+                    saved += sum(['"saved":true' in await browser.hear("file: ") for _ in range(100)])
+                return saved
+            flooding = asyncio.create_task(flood())
             for _ in range(20):
                 self.assertEqual((await self.ask(bystander, read="drive/drive.py"))["text"], PROGRAM)
-            await sending
-            self.assertLess(await counting, 5_000, "each save is counted")
+            self.assertLess(await flooding, 5_000, "each save is counted")
             await browser.socket.send(json.dumps({"write": {"path": "drive/drive.py", "text": "x" * 70_000}}))
             self.assertEqual(await browser.hear_all(), 1009)
             self.assertEqual((await self.ask(bystander, read="drive/drive.py"))["text"], PROGRAM)
