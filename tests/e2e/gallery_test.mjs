@@ -78,6 +78,13 @@ test('a world that has run shows its own picture from then on', { timeout: 12000
   assert.equal(await page.locator('.world', { hasText: TITLES[2] }).locator('.picture svg.drawing').count(), 1);
 });
 
+test('the form that opens a class offers the same worlds', async (t) => {
+  const page = await openPage(t, browser);
+  await page.goto(`${server}/class/#teach`);
+  await page.waitForSelector('#pick button');
+  assert.deepEqual((await page.locator('#pick button').allTextContents()).toSorted(), TITLES.toSorted());
+});
+
 test('a keyboard is enough', async (t) => {
   const page = await openGallery(t);
   await page.focus('#language');
