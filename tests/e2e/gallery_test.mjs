@@ -2,13 +2,19 @@
 // open its address, and that one press starts a world.
 
 import assert from 'node:assert/strict';
+import { readFile, readdir } from 'node:fs/promises';
+import { join } from 'node:path';
 import { test } from 'node:test';
+import { fileURLToPath } from 'node:url';
 
 import { accessibilityFindings, openBrowser, openPage, until } from '../viewer/page.mjs';
 import { WORLD, startClassSite, state } from './class_site.mjs';
 
 const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true };
-const TITLES = ['Robots in an arena', 'A robot on patrol', 'Corridor', 'Two robots'];
+const ARENA = 'Robots in an arena';
+const PATROL = 'A robot on patrol';
+const DUEL = 'Two robots';
+const TITLES = await demoTitles();
 const LANGUAGES = ['en', 'de', 'es', 'fr', 'it', 'ja', 'zh'];
 
 const site = await startClassSite({
@@ -18,7 +24,14 @@ const site = await startClassSite({
 const { server } = site;
 const browser = await openBrowser();
 
-async function openGallery(t, { worlds = 4, ...options } = {}) {
+// What the demo worlds say of themselves.
+async function demoTitles() {
+  const folder = fileURLToPath(new URL('../../examples/demo_projects/', import.meta.url));
+  const files = (await readdir(folder, { recursive: true })).filter((file) => file.endsWith('.wbt'));
+  return Promise.all(files.map(async (file) => /WorldInfo \{\s*title "(.*)"/.exec(await readFile(join(folder, file), 'utf-8'))[1]));
+}
+
+async function openGallery(t, { worlds = TITLES.length, ...options } = {}) {
   const page = await openPage(t, browser, options);
   await page.goto(server);
   await page.waitForSelector(`body[data-worlds="${worlds}"]`);
@@ -46,7 +59,7 @@ test('the address of a site leads people to all demo worlds, and scripts to a nu
   const page = await openGallery(t);
   assert.equal(page.url(), `${server}/viewer/worlds/`);
   const found = await titles(page);
-  assert.equal(found[0], TITLES[0]); // the one of "viewerUrl"
+  assert.equal(found[0], ARENA); // the one of "viewerUrl"
   assert.deepEqual(found.toSorted(), TITLES.toSorted());
   assert.match(await page.locator('.world').first().textContent(), /see walls and each other/);
   assert.equal(await (await fetch(server)).text(), '1');
@@ -62,20 +75,28 @@ test('one press starts a world, and its page leads back', async (t) => {
   await page.waitForSelector('body[data-availability="available"]');
   assert.equal(await page.getAttribute('body', 'data-state'), 'idle', 'loading the page again has started a simulation');
   await page.click('#worlds');
-  await page.waitForSelector('body[data-worlds="4"]');
+  await page.waitForSelector(`body[data-worlds="${TITLES.length}"]`);
 });
 
 test('a world that has run shows its own picture from then on', { timeout: 120000 }, async (t) => {
   const page = await openGallery(t, { patience: 90000 });
   const visitor = await openGallery(t);
-  await visitor.locator('.world', { hasText: TITLES[1] }).click();
+  await visitor.locator('.world', { hasText: PATROL }).click();
   await isRunning(visitor);
-  const card = page.locator('.world', { hasText: TITLES[1] });
+  const card = page.locator('.world', { hasText: PATROL });
   const picture = card.locator('.picture img');
   await picture.waitFor(); // the machine looks every two seconds, the session server asks every thirty, the page every ten
   await page.waitForFunction((image) => image.complete && image.naturalWidth > 100, await picture.elementHandle());
   await quit(visitor);
-  assert.equal(await page.locator('.world', { hasText: TITLES[2] }).locator('.picture svg.drawing').count(), 1);
+  const other = page.locator('.world', { has: page.getByText(DUEL, { exact: true }) }); // which has not run
+  assert.equal(await other.locator('.picture svg.drawing').count(), 1);
+});
+
+test('the form that opens a class offers the same worlds', async (t) => {
+  const page = await openPage(t, browser);
+  await page.goto(`${server}/class/#teach`);
+  await page.waitForSelector('#pick button');
+  assert.deepEqual((await page.locator('#pick button').allTextContents()).toSorted(), TITLES.toSorted());
 });
 
 test('a keyboard is enough', async (t) => {
@@ -105,7 +126,7 @@ test('an operator lists worlds, folders and groups, in words of the own', async 
     { url: 'https://github.com/o/r/blob/main/worlds/pick_and_place.wbt', text: 'From afar', group: 'Week 1' },
   ], 5);
   const page = await openGallery(t, { worlds: 5 });
-  assert.deepEqual(await titles(page), ['A robot on patrol', '<b>Lesson 1</b>', 'Pick and place', 'Corridor', 'Two robots']);
+  assert.deepEqual(await titles(page), [PATROL, '<b>Lesson 1</b>', 'Pick and place', 'Corridor', DUEL]);
   assert.deepEqual(await page.locator('.group h2:visible').allTextContents(), ['Week 1', 'Week 2']);
 });
 
@@ -142,7 +163,7 @@ for (const colorScheme of ['light', 'dark']) {
   for (const [name, size] of Object.entries({ phone: PHONE, laptop: { viewport: { width: 1280, height: 720 } } })) {
     test(`axe-core finds nothing: ${name}, ${colorScheme}`, async (t) => {
       await list(t, ['local:/demo_projects/patrol', { url: 'local:/demo_projects/robots', group: 'Robots' }], 4);
-      const page = await openGallery(t, { ...size, colorScheme });
+      const page = await openGallery(t, { worlds: 4, ...size, colorScheme });
       assert.deepEqual(await accessibilityFindings(page), []);
       assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true, 'it is too wide');
     });

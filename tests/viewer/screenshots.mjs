@@ -259,7 +259,7 @@ if (FOLDER === undefined) {
         const options = { ...SIZES[size], ...language };
         const gallery = await openPage(t, browser, options);
         await gallery.goto(site.session);
-        await gallery.waitForSelector('body[data-availability="available"][data-worlds="4"]');
+        await gallery.waitForSelector('body[data-availability="available"][data-worlds]:not([data-worlds="0"], [data-worlds="1"])');
         await shoot(gallery, size, look, 'gallery', { fullPage: true });
         await gallery.context().close();
         const viewer = await openPage(t, browser, options);

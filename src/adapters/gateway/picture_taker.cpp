@@ -32,17 +32,17 @@ public:
     asio::awaitable<result<std::string>> take(Upstream simulator) override
     {
         adapters::UpstreamSocket socket(executor_, upstreams_);
-        auto const is_late = std::make_shared<bool>(false);
+        // A timer that has expired already is not cancelled: then it finds no socket.
+        auto const open = std::make_shared<adapters::UpstreamSocket*>(&socket);
         asio::steady_timer deadline(executor_, patience);
-        deadline.async_wait([&socket, is_late](boost::system::error_code error) {
-            if (error)
-                return; // the socket may be gone
-            *is_late = true;
-            socket.close();
+        deadline.async_wait([open](boost::system::error_code error) {
+            if (!error && *open)
+                std::exchange(*open, nullptr)->close();
         });
         auto taken = co_await read_one(socket, simulator);
+        bool const is_late = std::exchange(*open, nullptr) == nullptr;
         deadline.cancel();
-        if (!taken && *is_late)
+        if (!taken && is_late)
             co_return Failure(errc::timed_out);
         co_return taken;
     }

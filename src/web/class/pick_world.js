@@ -3,7 +3,7 @@
 import { worldPicture } from './view/drawing.js';
 import { fetchAgain } from './view/fetch_again.js';
 
-const LIST = new URL('../viewer/worlds/list.json', import.meta.url);
+const LIST = new URL('../viewer/worlds/list.json', location.href); // whether this is part of a bundle or not
 
 // `place` is hidden while the site lists no worlds. Resolves when they are there.
 export async function offerWorlds(place, field) {
