@@ -26,7 +26,31 @@ void clip(Span& span, double from, double step, double half)
     span.leave = std::min(span.leave, std::max(a, b));
 }
 
+double tile_size(Point half)
+{
+    double const longest = 2 * std::max(half.x, half.y);
+    return longest <= 4 ? 0.2 : longest <= 12 ? 0.5 : longest <= 40 ? 2 : 5;
+}
+
 } // namespace
+
+std::vector<Rectangle> dark_tiles(Point half)
+{
+    std::vector<Rectangle> tiles;
+    double const step = tile_size(half);
+    int const columns = static_cast<int>(std::ceil(half.x / step));
+    int const rows = static_cast<int>(std::ceil(half.y / step));
+    for (int i = -columns; i < columns; ++i) {
+        for (int j = -rows; j < rows; ++j) {
+            if ((i + j) % 2 != 0)
+                continue;
+            Point const low{std::max(i * step, -half.x), std::max(j * step, -half.y)};
+            Point const high{std::min((i + 1) * step, half.x), std::min((j + 1) * step, half.y)};
+            tiles.push_back({{0.5 * (low + high), 0}, 0.5 * (high - low)});
+        }
+    }
+    return tiles;
+}
 
 double distance_to_circle(Ray const& ray, Point centre, double radius)
 {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <vector>
 
 /// Plane geometry of the arena: metres and radians, x to the east, y to the north, angles anticlockwise.
 namespace webots_cloud::demo {
@@ -55,6 +56,10 @@ struct Rectangle
     Point to_local(Point p) const { return rotated(p - pose.position, -pose.heading); }
     Point to_world(Point p) const { return pose.position + rotated(p, pose.heading); }
 };
+
+/// The dark ones of the tiles on the floor of the axis-parallel room [-half, half]; those at its walls are
+/// cut off.
+std::vector<Rectangle> dark_tiles(Point half);
 
 // Distance along the ray to the first point of the shape, or `none` when the ray misses it.
 inline constexpr double none = 1e9;

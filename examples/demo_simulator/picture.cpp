@@ -53,33 +53,20 @@ void draw_walls(Canvas& canvas, World const& world, bool far)
             canvas.box(wall.outline, world.wall_height, wall_colour, far ? 1 : 0.55);
 }
 
-double grid_step(Point size)
-{
-    double const longest = std::max(size.x, size.y);
-    return longest <= 4 ? 0.2 : longest <= 12 ? 0.5 : longest <= 40 ? 2 : 5;
-}
-
 void draw_floor(Canvas& canvas, World const& world)
 {
     Point const half = 0.5 * world.size;
     std::array<Point3, 4> const floor{
         Point3{-half.x, -half.y, 0}, {half.x, -half.y, 0}, {half.x, half.y, 0}, {-half.x, half.y, 0}};
     canvas.fill(floor, {0.955, 0.96, 0.97});
-    double const step = grid_step(world.size);
     Colour const dark{0.88, 0.90, 0.925};
-    int const columns = static_cast<int>(std::ceil(half.x / step));
-    int const rows = static_cast<int>(std::ceil(half.y / step));
-    for (int i = -columns; i < columns; ++i) {
-        for (int j = -rows; j < rows; ++j) {
-            if ((i + j) % 2 != 0)
-                continue;
-            double const x0 = std::max(i * step, -half.x);
-            double const y0 = std::max(j * step, -half.y);
-            double const x1 = std::min((i + 1) * step, half.x);
-            double const y1 = std::min((j + 1) * step, half.y);
-            canvas.fill(std::array<Point3, 4>{Point3{x0, y0, 0}, {x1, y0, 0}, {x1, y1, 0}, {x0, y1, 0}},
-                        dark);
-        }
+    for (Rectangle const& tile : dark_tiles(half)) {
+        Point const low = tile.pose.position - tile.half;
+        Point const high = tile.pose.position + tile.half;
+        canvas.fill(
+            std::array<Point3, 4>{
+                Point3{low.x, low.y, 0}, {high.x, low.y, 0}, {high.x, high.y, 0}, {low.x, high.y, 0}},
+            dark);
     }
 }
 

@@ -5,6 +5,7 @@
 #include <boost/json.hpp>
 
 #include <array>
+#include <cmath>
 #include <initializer_list>
 #include <numbers>
 
@@ -41,9 +42,11 @@ std::string id(int number)
     return quoted("id", std::string("n").append(std::to_string(number)));
 }
 
+/// Scenes have linear colours; those of worlds are meant as pictures show them.
 std::string colour_text(Colour const& c)
 {
-    return numbers({c.red, c.green, c.blue});
+    constexpr double gamma = 2.2;
+    return numbers({std::pow(c.red, gamma), std::pow(c.green, gamma), std::pow(c.blue, gamma)});
 }
 
 /// A wheel turns about the robot's y axis; its cylinder stands along z, so that it is first laid down.
@@ -73,8 +76,8 @@ public:
                  quoted("basicTimeStep", std::to_string(world.time_step)) + "></WorldInfo>\n";
         write_viewpoint();
         text_ += "<Background" + id(3) + quoted("skyColor", "0.85 0.9 0.95") + "></Background>\n";
-        text_ += "<DirectionalLight" + id(4) + quoted("direction", "0.4 0.5 -1") + quoted("intensity", "2") +
-                 "></DirectionalLight>\n";
+        text_ += "<DirectionalLight" + id(4) + quoted("direction", "0.4 0.5 -1") +
+                 quoted("intensity", "3.6") + "></DirectionalLight>\n";
         write_room();
         for (GoalDescription const& goal : world.goals)
             write_box(goal.name, goal.outline, 0.002, goal.colour);
@@ -103,13 +106,37 @@ private:
         Point const half = 0.5 * world.size;
         constexpr double thick = 0.015;
         Colour const grey{0.62, 0.66, 0.72};
-        write_box("floor", {{{0, 0}, 0}, half}, -0.01, {0.9, 0.91, 0.93});
+        write_box("floor", {{{0, 0}, 0}, half}, -0.01, {0.955, 0.96, 0.97});
+        write_tiles(half);
         write_box("north wall", {{{0, half.y + thick}, 0}, {half.x + 2 * thick, thick}}, world.wall_height,
                   grey);
         write_box("south wall", {{{0, -half.y - thick}, 0}, {half.x + 2 * thick, thick}}, world.wall_height,
                   grey);
         write_box("east wall", {{{half.x + thick, 0}, 0}, {thick, half.y}}, world.wall_height, grey);
         write_box("west wall", {{{-half.x - thick, 0}, 0}, {thick, half.y}}, world.wall_height, grey);
+    }
+
+    /// Just above the floor, so that nobody sees both at once.
+    void write_tiles(Point half)
+    {
+        int const node = next_fixed_id_;
+        next_fixed_id_ += 4;
+        constexpr double above = 0.001;
+        std::string points;
+        std::string corners;
+        int corner = 0;
+        for (Rectangle const& tile : dark_tiles(half)) {
+            for (Point const side : {Point{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+                Point const& centre = tile.pose.position;
+                points +=
+                    numbers({centre.x + side.x * tile.half.x, centre.y + side.y * tile.half.y, above}) + " ";
+                corners += std::to_string(corner++) + " ";
+            }
+            corners += "-1 ";
+        }
+        write_shape(node, {0.88, 0.90, 0.925},
+                    "<IndexedFaceSet" + id(node + 2) + quoted("coordIndex", corners) + "><Coordinate" +
+                        id(node + 3) + quoted("point", points) + "></Coordinate></IndexedFaceSet>");
     }
 
     void open(std::string_view kind, int node, std::string_view name, std::string const& translation,
@@ -132,7 +159,7 @@ private:
     void write_shape(int node, Colour const& colour, std::string const& geometry)
     {
         text_ += "<Shape" + id(node) + "><PBRAppearance" + id(node + 1) +
-                 quoted("baseColor", colour_text(colour)) + quoted("roughness", "0.7") +
+                 quoted("baseColor", colour_text(colour)) + quoted("roughness", "1") +
                  quoted("metalness", "0") + "></PBRAppearance>" + geometry + "</Shape>";
     }
 

@@ -169,6 +169,9 @@ class Scene(Case):
         robots = {robot.get('name'): robot for robot in scene.findall('Robot')}
         self.assertEqual(set(robots), {'blue', 'red', 'green', 'yellow'})
         self.assertEqual(robots['blue'].get('translation'), '-0.8 -0.5 0')
+        tiles = scene.find('Shape/IndexedFaceSet')  # those of the arena's floor, of 2.4 x 1.8 m, that are dark
+        self.assertEqual(len(tiles.find('Coordinate').get('point').split()) // 12, tiles.get('coordIndex').split().count('-1'))
+        self.assertEqual(tiles.get('coordIndex').split().count('-1'), 60)
         ids = [node.get('id') for node in scene.iter() if node is not scene]
         self.assertEqual(len(ids), len(set(ids)), 'ids are unique')
         for name in ids:

@@ -26,7 +26,7 @@ except ImportError as error:
 
 WORLD = "https://github.com/owner/repository/blob/main/worlds/arena.wbt"
 
-START = {"url": WORLD, "mode": "mjpeg", "reconnect": True, "heartbeat": True, "extend": True, "reasons": True}
+START = {"url": WORLD, "mode": "mjpeg", "reconnect": True, "heartbeat": True, "extend": True, "reasons": True, "edit": True}
 
 
 class ViewerTest(unittest.TestCase):
@@ -473,6 +473,7 @@ class Layout(ViewerTest):
 
     def test_the_page_causes_no_complaint_in_the_browsers_console(self):
         self.cloud.defaults = {}
+        self.cloud.worlds = []
         browser.console_messages(self.driver)
         self.run_simulation()
         # The page asks whether there is a library for scenes, and a browser that can draw them: here, there is neither.
