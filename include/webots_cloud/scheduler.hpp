@@ -384,8 +384,9 @@ public:
     /// Errors: `errc::invalid_argument` when the text is of no save_costs(); then nothing changes.
     result<> load_costs(std::string_view text, TimePoint now);
 
-    /// Its machines are those of the fleet, from now on, instead of those of the next three functions. Those
-    /// that the fleet drains get no sessions.
+    /// Its machines are those of the fleet, from now on, instead of those of `set_servers`. Those that the
+    /// fleet drains get no more sessions; those that they have stay. Each change is O(log n).
+    ///
     /// Lifetime: either may end first.
     void follow(Fleet& fleet);
 
@@ -393,15 +394,6 @@ public:
     /// about the others stays. Of entries with one address the first counts; a weight that is not positive
     /// counts as 1.
     void set_servers(std::vector<ServerSpec> const& servers);
-
-    /// A single machine of the list: a new one is added, a known one is treated as the entry says from now
-    /// on. It stands in front of the machine `before`, or at the end where that is not in the list. By
-    /// default new ones come to the end, and known ones stay where they are. With `ServerSpec::drain` it gets
-    /// no more sessions; those that it has stay. O(log n).
-    void put_server(ServerSpec const& server, std::optional<std::string_view> before = std::nullopt);
-
-    /// The machine is forgotten, as by set_servers(). O(log n).
-    void remove_server(std::string_view address);
 
     /// Takes other parameters, a policy of your own included, but for `placement_timeout` and `seed`, which
     /// stay. `session_cost` and `session_memory` are assumed of machines that are listed from now on. What is

@@ -188,6 +188,13 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         for port in range(simulation.port + 1, simulation.port + 9):
             wait_until(lambda: port_is_free(port), f"port {port} is held")
 
+    @contextlib.asynccontextmanager
+    async def visit(self, simulation):
+        """A browser, and nothing is left when it has gone."""
+        async with Browser(simulation) as browser:
+            yield browser
+        self.check_clean(simulation)
+
     def tearDown(self):
         self.assertEqual(docker.things(), NOTHING, "of a test before")
 
@@ -197,7 +204,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
 
     async def test_a_simulation_runs_in_a_container_and_nothing_is_left_when_its_browser_leaves(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 address = await self.start(browser, world("robots"))
                 told = [text for text in browser.told if not text.startswith("loading: Receiving objects")]
                 self.assertEqual(told[0], "shutdownTimeout: 7200")
@@ -209,32 +216,28 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                     self.assertTrue(await asyncio.wait_for(webots.recv(), 60))
                 await browser.hear(".")
                 self.assertEqual(len(docker.things()["containers"]), 1)
-            self.check_clean(simulation)
 
     async def test_messages_of_webots_yml_come_first_and_files_of_the_project_are_not_docker_s(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("own"))
                 told = [text for text in browser.told if not text.startswith("loading: Receiving objects")]
                 self.assertEqual(told[:4], ["type:demo\n", "shutdownTimeout: 7200",
                                             "loading: The Dockerfile of the project is not used: this server builds with its own.",
                                             "loading: The docker-compose.yml of the project is not used: this server runs its own."])
-            self.check_clean(simulation)
 
     async def test_the_webots_yml_beside_the_worlds_counts_and_not_the_repositorys(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("deep", folder="projects/robots/"))
                 told = [text for text in browser.told if not text.startswith("loading: Receiving objects")]
                 self.assertEqual(told[:2], ["type:demo\n", "shutdownTimeout: 7200"])
-            self.check_clean(simulation)
 
     async def test_what_was_built_before_is_not_built_again(self):
         with server() as simulation:
             for turn in range(2):
-                async with Browser(simulation) as browser:
+                async with self.visit(simulation) as browser:
                     await self.start(browser, world("robots"))
-                self.check_clean(simulation)
             steps = [text for text in browser.told if text.startswith(("loading: Step ", "loading: ---> "))]
             began = [step for step, what in zip(steps, steps[1:]) if what.startswith("loading: ---> Running in ")]
             # An image that loses its name loses its last step with it, which does nothing.
@@ -246,14 +249,13 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         with server() as simulation:
             def names():
                 return docker.run("images", "--format", "{{.Repository}}", f"webots-{simulation.port}-*").split()
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("robots"))
                 name, = names()
                 self.assertRegex(name, rf"^webots-{simulation.port}-[0-9a-f]{{8}}-1-[0-9a-f]{{32}}[-_]webots$")
                 secret = name[:-len("_webots")].rpartition("-")[2]
                 self.assertTrue([text for text in browser.told if "simulation" in text], browser.told)
                 self.assertFalse([text for text in browser.told if secret in text], browser.told)
-            self.check_clean(simulation)
             wait_until(lambda: names() == [], "an image has kept its name")
             async with Browser(simulation) as browser:
                 await self.start(browser, world("robots"))
@@ -265,7 +267,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
 
     async def test_containers_have_no_capabilities_and_see_no_display_where_there_is_to_be_none(self):
         with server(display="none") as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("competition"))
                 wait_until(lambda: self.containers_of("controller"), "there is no controller")
                 for service in ("webots", "controller"):
@@ -277,7 +279,6 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 mounts.update(dict.fromkeys(self.inspect("webots")["HostConfig"].get("Tmpfs") or {}, "tmpfs"))
                 self.assertEqual(mounts["/tmp/.X11-unix"], "tmpfs")
                 self.assertNotIn("/tmp/.X11-unix", str(self.inspect("webots")["HostConfig"]["Binds"]))
-            self.check_clean(simulation)
 
     def inspect(self, service):
         container, = self.containers_of(service)
@@ -288,7 +289,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
 
     async def test_an_editor_runs_beside_the_simulator(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("theia"))
                 self.assertIn("ide: enable", browser.told)
                 self.assertFalse([text for text in browser.told if "theia" in text])
@@ -296,11 +297,10 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 editor, = self.containers_of("theia")
                 self.assertIn(f":{simulation.port + 501}", docker.run("port", editor))
                 self.assertEqual(len(docker.things()["volumes"]), 1)
-            self.check_clean(simulation)
 
     async def test_an_editor_is_passed_on_to_through_the_gateway_alone(self):
         with server(gateway=True) as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 address = await self.start(browser, world("theia"))
                 wait_until(lambda: self.containers_of("theia"), "there is no editor")
                 editor, = self.containers_of("theia")
@@ -315,7 +315,6 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 self.assertIn('"trusted": true', str(text))
                 status = simulation.ask(f"{path}/{simulation.port + 1}/robot_windows/x.html", headers={"Webots-Cloud-Untrusted": "1"})[0]
                 self.assertNotEqual(status, 403)
-            self.check_clean(simulation)
 
     async def test_what_a_container_writes_counts_towards_its_limit_of_disk(self):
         cases = [("robots", "/loot"), ("theia", "/usr/local/webots-project/controllers/loot")]  # in its own file system, in a volume
@@ -324,17 +323,16 @@ class Docker(unittest.IsolatedAsyncioTestCase):
             loot.flush()
             for repository, place in cases:
                 with self.subTest(repository=repository):
-                    async with Browser(simulation) as browser:
+                    async with self.visit(simulation) as browser:
                         await self.start(browser, world(repository))
                         container, = self.containers_of("webots")
                         await asyncio.to_thread(docker.run, "cp", loot.name, f"{container}:{place}")
                         await browser.hear_all()
                         self.assertIn("The simulation filled its folder with more than 20 MB, ", browser.told[-1])
-                    self.check_clean(simulation)
 
     async def test_a_reset_in_a_competition_restarts_the_controller(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 address = await self.start(browser, world("competition"))
                 wait_until(lambda: self.containers_of("controller"), "there is no controller")
                 controller, = self.containers_of("controller")
@@ -346,7 +344,6 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                                f"the controller is not restarted\n{simulation.log()[-3000:]}")
                 await browser.hear(".")
                 wait_until(lambda: self.containers_of("controller") == [controller], "the controller is another one")
-            self.check_clean(simulation)
 
     async def test_a_participant_of_an_official_competition_prints_in_the_browser(self):
         cases = {"entry": ("ENTRYPOINT python3 participant.py\n", "pass", "stdout:I walk the line"),
@@ -355,7 +352,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         for name, (more, then, printed) in cases.items():
             git.add_repository("o", f"duel-{name}", official_competition(PARTICIPANT_IMAGE + more, then))
             with self.subTest(name), server() as simulation:
-                async with Browser(simulation) as browser:
+                async with self.visit(simulation) as browser:
                     address = await self.start(browser, world(f"duel-{name}", "duel.wbt"))
                     self.assertEqual(browser.told[:2], ["type:competition\n", "ide: enable"])
                     async with websockets.connect(address[len("webots:"):] + "/") as webots:
@@ -363,7 +360,6 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                         while (said := await asyncio.wait_for(webots.recv(), 60)) != printed:
                             self.assertFalse(str(said).startswith("stdout:no simulator"), said)
                     self.check_who_sees_the_participant()
-                self.check_clean(simulation)
 
     def check_who_sees_the_participant(self):
         def mounts(service):
@@ -384,18 +380,17 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                  ("broken", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status ")]
         for repository, settings, sentence in cases:
             with self.subTest(repository=repository, **settings), server(**settings) as simulation:
-                async with Browser(simulation) as browser:
+                async with self.visit(simulation) as browser:
                     await browser.start(world(repository))
                     await browser.hear_all()
                     errors = [text for text in browser.told if text.startswith("loading: Error: ")]
                     self.assertEqual(len(errors), 1, browser.told)
                     self.assertTrue(errors[0].startswith(sentence), errors)
                     self.assertEqual(browser.told[-1], errors[0])
-                self.check_clean(simulation)
 
     async def test_a_step_of_a_build_has_the_limits_of_a_simulation(self):
         with server(projectDockerfiles=True, simulationProcesses=50, simulationMemory=100) as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await browser.start(world("slow"))
                 await browser.hear("loading: Step 3/")
                 await browser.hear("loading: ---> Running in ")
@@ -404,34 +399,31 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                     return [(each["HostConfig"]["PidsLimit"], each["HostConfig"]["Memory"])
                             for step in docker.run("ps", "--quiet").split() for each in json.loads(docker.run("inspect", step))]
                 wait_until(lambda: limits() == [(50, 100 << 20)], "the build has no limits")
-            self.check_clean(simulation)
 
     async def test_a_build_whose_steps_write_too_much_ends(self):
         for repository in ("greedy", "layered", "copied"):  # in one step, in several, by copies of a stage's files
             with self.subTest(repository), server(projectDockerfiles=True, simulationDisk=20) as simulation:
-                async with Browser(simulation) as browser:
+                async with self.visit(simulation) as browser:
                     await browser.start(world(repository))
                     await browser.hear_all()
                     self.assertTrue(browser.told[-1].startswith("loading: Error: The steps that build the project made images of more "
                                                                 "than 20 MB together, "), browser.told[-1])
-                self.check_clean(simulation)
 
     async def test_what_is_kept_of_builds_has_a_limit(self):
         def kept():
             return docker.run("images", "--all", "--quiet", "--no-trunc", "--filter", "label=webots_cloud.server").split()
         before = kept()
         with server(projectDockerfiles=True, buildCache=0.001) as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("large"))
                 self.assertGreater(len(set(kept()) - set(before)), 1)
-            self.check_clean(simulation)
             wait_until(lambda: set(kept()) <= set(before), lambda: f"{kept()} {simulation.log()[-2000:]}")
             self.assertIn('("buildCache")', simulation.log())
 
     async def test_a_dockerfile_of_a_project_reaches_nothing_while_it_is_built(self):
         for settings, network in (({}, "none"), ({"buildNetwork": True}, "default")):
             with self.subTest(**settings), server(projectDockerfiles=True, **settings) as simulation:
-                async with Browser(simulation) as browser:
+                async with self.visit(simulation) as browser:
                     await browser.start(world("slow"))
                     await browser.hear("loading: Step 3/")
                     await browser.hear("loading: ---> Running in ")
@@ -443,15 +435,13 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                     self.assertEqual(networks(), [network])
                     notes = [text for text in browser.told if "is built without a network" in text]
                     self.assertEqual(len(notes), int(network == "none"), browser.told)
-                self.check_clean(simulation)
 
     async def test_what_an_image_exposes_is_not_published(self):
         with server(projectDockerfiles=True, gateway=True, network="host") as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("exposed"))
                 container, = self.containers_of("webots")
                 self.assertEqual(docker.run("port", container).split("\n"), [f"{simulation.port + 1}/tcp -> 127.0.0.1:{simulation.port + 1}", ""])
-            self.check_clean(simulation)
 
     async def test_old_images_go_after_a_simulation_and_those_that_are_listed_or_used_stay(self):
         names = {name: f"{IMAGES}:{name}" for name in ("old", "listed", "used")} | {"stranger": "stranger/webots:old"}
@@ -477,7 +467,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
 
     async def test_no_dockerfile_of_a_project_takes_files_of_another_simulation(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("robots"))
                 image, number = docker.run("images", "--no-trunc", "--format", "{{.Repository}} {{.ID}}", f"webots-{simulation.port}-*").split()
                 number = number.removeprefix("sha256:")
@@ -494,35 +484,31 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                         await thief.hear_all()
                         self.assertRegex(thief.told[-1], r"^loading: Error: Line \d of controllers/Dockerfile can't be used on this server: ")
                         self.assertFalse([text for text in thief.told if text.startswith("loading: Step ")], thief.told)
-            self.check_clean(simulation)
 
     async def test_a_name_that_would_add_to_the_command_is_refused(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await browser.start(world("injection", "a$(touch%20x).wbt"))
                 await browser.hear_all()
                 self.assertTrue(browser.told[-1].startswith("loading: Error: The name of the world file has characters"), browser.told)
-            self.check_clean(simulation)
 
     async def test_a_world_may_have_any_name_that_can_be_quoted(self):
         names = ("R&D [50%] #1!.wbt", "it's 'mine' #1 & [50%]!.wbt", "!'#.wbt")
         for turn, name in enumerate(names):
             git.add_repository("o", f"named{turn}", {f"worlds/{name}": "#VRML_SIM R2025a utf8\n"})
             with self.subTest(name), server() as simulation:
-                async with Browser(simulation) as browser:
+                async with self.visit(simulation) as browser:
                     await self.start(browser, world(f"named{turn}", urllib.parse.quote(name)))
                     self.assertEqual(self.inspect("webots")["Args"][-1], f"/usr/local/webots-project/worlds/{name}")
-                self.check_clean(simulation)
 
     async def test_an_image_that_no_registry_has_is_named(self):
         with registry() as address, server(dockerImages=f"{address}/webots") as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await browser.start(world("robots"))
                 await browser.hear_all()
                 self.assertEqual(browser.told[-1], "loading: Error: Image version R2025a not available on Cyberbotics' dockerHub. "
                                                    "Please, add the appropriate Dockerfile to your project.", browser.told)
                 self.assertEqual(len([text for text in browser.told if text.startswith("loading: Error: ")]), 1)
-            self.check_clean(simulation)
 
     async def test_an_image_that_a_registry_does_not_give_is_refused_with_its_reason(self):
         cases = {(429, "TOOMANYREQUESTS"): "toomanyrequests", (401, "UNAUTHORIZED"): "unauthorized",
@@ -531,45 +517,41 @@ class Docker(unittest.IsolatedAsyncioTestCase):
             with self.subTest(reason), contextlib.ExitStack() as stack:
                 address = stack.enter_context(registry(*refusal)) if refusal else f"127.0.0.1:{free_port()}"
                 simulation = stack.enter_context(server(dockerImages=f"{address}/webots"))
-                async with Browser(simulation) as browser:
+                async with self.visit(simulation) as browser:
                     await browser.start(world("robots"))
                     await browser.hear_all()
                     self.assertTrue(browser.told[-1].startswith("loading: Error: Unable to start Webots: "), browser.told)
                     self.assertIn("before the world was loaded: The image can't be fetched: ", browser.told[-1])
                     self.assertTrue(browser.told[-1].endswith(reason), browser.told)
-                self.check_clean(simulation)
 
     async def test_the_browser_hears_when_the_container_ends(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("robots"))
                 docker.run("kill", *docker.run("ps", "--quiet").split())
                 await browser.hear_all()
                 self.assertTrue(browser.told[-1].startswith("loading: Error: Webots has quit"), browser.told)
-            self.check_clean(simulation)
 
     async def test_nothing_is_left_when_the_browser_leaves_at_any_moment(self):
         with server() as simulation:
             for moment in ("shutdownTimeout:", "loading: Step 1/", "loading: Successfully", CREATING, "webots:"):
                 with self.subTest(moment=moment):
-                    async with Browser(simulation) as browser:
+                    async with self.visit(simulation) as browser:
                         await browser.start(world("robots"))
                         with contextlib.suppress(websockets.ConnectionClosed):
                             await browser.hear(moment)
-                    self.check_clean(simulation)
 
     async def test_nothing_is_left_when_the_server_is_killed_even_while_the_next_one_starts(self):
         with server() as simulation:
             for moment in ("shutdownTimeout:", "loading: Step 1/", "loading: Successfully", "webots:"):
                 with self.subTest(moment=moment):
-                    async with Browser(simulation) as browser:
+                    async with self.visit(simulation) as browser:
                         await browser.start(world("robots"))
                         await browser.hear(moment)
                         await asyncio.to_thread(simulation.stop, signal.SIGKILL)
                         if moment == "webots:":  # this time nobody starts again: the guard alone
                             self.check_clean_of_containers()
                         await asyncio.to_thread(simulation.start)
-                    self.check_clean(simulation)
 
     def check_clean_of_containers(self):
         wait_until(lambda: docker.things() == NOTHING, f"left: {docker.things()}", 90)
@@ -612,7 +594,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
 
     async def test_what_is_left_when_the_engine_is_killed_goes_once_it_answers_again(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("robots"))
                 await asyncio.to_thread(docker.crash)
                 try:
@@ -625,7 +607,6 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                         self.assertIn("Docker", next_one.told[-1])
                 finally:
                     docker.start()  # in this thread, since it ends with the one that has started it
-            self.check_clean(simulation)
 
     def kill_server_and_guards(self, simulation):
         """Kills the server last: its guards must not notice that it is gone."""
@@ -637,10 +618,9 @@ class Docker(unittest.IsolatedAsyncioTestCase):
 
     async def test_nothing_is_left_when_the_server_is_stopped(self):
         with server() as simulation:
-            async with Browser(simulation) as browser:
+            async with self.visit(simulation) as browser:
                 await self.start(browser, world("robots"))
                 self.assertEqual(await asyncio.to_thread(simulation.stop), 0)
-            self.check_clean(simulation)
 
     async def test_simulations_at_once_do_not_meet(self):
         with server() as simulation:
@@ -656,11 +636,10 @@ class Docker(unittest.IsolatedAsyncioTestCase):
             templates = shutil.copytree(TEMPLATES, os.path.join(folder, "docker"))
             with server(dockerDir=templates) as simulation:
                 os.unlink(os.path.join(templates, "docker-compose-default.yml"))
-                async with Browser(simulation) as browser:
+                async with self.visit(simulation) as browser:
                     await browser.start(world("robots"))
                     await browser.hear_all()
                     self.assertEqual(browser.told[-1], f"loading: Error: Missing docker-compose-default.yml in {templates}")
-                self.check_clean(simulation)
 
 
 class WithoutDocker(unittest.TestCase):

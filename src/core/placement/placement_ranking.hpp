@@ -23,7 +23,8 @@ public:
 
     explicit Ranking(SchedulerParams const& params);
 
-    /// As Scheduler::put_server. `name` owns the address and outlives its use here.
+    /// A new machine, or a known one as the entry says from now on; as Fleet::put. `name` owns the address
+    /// and outlives its use here.
     void put(ServerSpec const& spec, std::string_view name, std::optional<std::string_view> before);
     void remove(std::string_view server);
 

@@ -369,16 +369,6 @@ void Scheduler::set_servers(std::vector<ServerSpec> const& servers)
     impl_->set_servers(servers);
 }
 
-void Scheduler::put_server(ServerSpec const& server, std::optional<std::string_view> before)
-{
-    impl_->put_server(server, before);
-}
-
-void Scheduler::remove_server(std::string_view address)
-{
-    impl_->remove_server(address);
-}
-
 void Scheduler::report(std::string_view server, LoadReport const& report, TimePoint now)
 {
     if (is_usable(report))

@@ -27,20 +27,21 @@ struct ChangingFleet
         TimePoint reported;
     };
 
+    ChangingFleet() { scheduler.follow(list); }
+
     void add()
     {
         Machine machine{"m" + std::to_string(++last), now};
         std::size_t const at = random.below(expected.size() + 1);
         auto const place = expected.begin() + static_cast<std::ptrdiff_t>(at);
-        scheduler.put_server(ServerSpec(machine.address),
-                             place == expected.end() ? std::string() : place->address);
+        list.put(ServerSpec(machine.address), place == expected.end() ? std::string() : place->address);
         scheduler.report(machine.address, report(), now);
         expected.insert(place, machine);
     }
     void remove()
     {
         std::size_t const at = random.below(expected.size());
-        scheduler.remove_server(expected[at].address);
+        list.remove(expected[at].address);
         expected.erase(expected.begin() + static_cast<std::ptrdiff_t>(at));
     }
     void hear()
@@ -81,6 +82,7 @@ struct ChangingFleet
     }
 
     SchedulerParams scheduler_params;
+    Fleet list;
     Scheduler scheduler;
     RandomSource random{3};
     TimePoint now = start;
@@ -92,20 +94,23 @@ struct ChangingFleet
 
 BOOST_FIXTURE_TEST_CASE(machines_come_and_go_one_by_one_and_nothing_happens_to_the_others, Fixture)
 {
+    Fleet fleet;
+    fleet.set({ServerSpec("a"), ServerSpec("b"), ServerSpec("c")});
+    scheduler.follow(fleet);
     place(3);
-    scheduler.put_server(ServerSpec("ab"), "b");
-    scheduler.put_server(ServerSpec("d"));
-    scheduler.put_server(ServerSpec("e"), "nobody");
+    fleet.put(ServerSpec("ab"), "b");
+    fleet.put(ServerSpec("d"));
+    fleet.put(ServerSpec("e"), "nobody");
     BOOST_TEST(order_of(scheduler) == "a ab b c d e");
     BOOST_TEST((machine("ab").refusal == Refusal::unknown));
     for (char const* const name : {"a", "b", "c"})
         BOOST_TEST(machine(name).pending == 1, name);
-    scheduler.remove_server("b");
-    scheduler.remove_server("b");
+    fleet.remove("b");
+    fleet.remove("b");
     BOOST_TEST(order_of(scheduler) == "a ab c d e");
     BOOST_TEST(machine("c").pending == 1);
     BOOST_TEST(scheduler.placed("b") == 1u);
-    scheduler.put_server(ServerSpec("b"), "ab");
+    fleet.put(ServerSpec("b"), "ab");
     BOOST_TEST(order_of(scheduler) == "a b ab c d e");
     BOOST_TEST(machine("b").pending == 0, "it counts as new");
     BOOST_TEST(scheduler.placed("b") == 1u);
@@ -113,18 +118,21 @@ BOOST_FIXTURE_TEST_CASE(machines_come_and_go_one_by_one_and_nothing_happens_to_t
 
 BOOST_FIXTURE_TEST_CASE(a_known_machine_is_treated_in_another_way_and_keeps_its_reservations, Fixture)
 {
+    Fleet fleet;
+    fleet.set({ServerSpec("a"), ServerSpec("b"), ServerSpec("c")});
+    scheduler.follow(fleet);
     place(3);
     ServerSpec drained("a");
     drained.drain = true;
-    scheduler.put_server(drained);
+    fleet.put(drained);
     BOOST_TEST(order_of(scheduler) == "a b c");
     BOOST_TEST((machine("a").refusal == Refusal::draining));
     BOOST_TEST(machine("a").pending == 1);
-    scheduler.put_server(ServerSpec("a"), "");
+    fleet.put(ServerSpec("a"), "");
     BOOST_TEST(order_of(scheduler) == "b c a");
     BOOST_TEST((machine("a").refusal == Refusal::none));
     BOOST_TEST(machine("a").pending == 1);
-    scheduler.put_server(ServerSpec("b"), "b");
+    fleet.put(ServerSpec("b"), "b");
     BOOST_TEST(order_of(scheduler) == "b c a");
 }
 
@@ -132,10 +140,12 @@ BOOST_AUTO_TEST_CASE(a_list_that_grew_decides_as_one_that_was_set)
 {
     Scheduler set;
     Scheduler grown;
+    Fleet fleet;
+    grown.follow(fleet);
     std::vector<ServerSpec> specs;
     for (int i = 0; i != 150; ++i) {
         specs.emplace_back("m" + std::to_string(i));
-        grown.put_server(specs.back());
+        fleet.put(specs.back());
     }
     set.set_servers(specs);
     RandomSource random(1);
@@ -174,14 +184,16 @@ BOOST_AUTO_TEST_CASE(whatever_comes_and_goes_the_best_machine_is_found_and_old_r
 BOOST_AUTO_TEST_CASE(explanations_name_machines_that_have_left_however_many_have)
 {
     Scheduler scheduler;
-    scheduler.put_server(ServerSpec("a machine with a long name"));
+    Fleet fleet;
+    scheduler.follow(fleet);
+    fleet.put(ServerSpec("a machine with a long name"));
     scheduler.report("a machine with a long name", counted(0, 0), start);
     auto const placement = scheduler.place(start).value();
-    scheduler.remove_server("a machine with a long name");
+    fleet.remove("a machine with a long name");
     for (int i = 0; i != 2500; ++i) {
         auto const name = "another machine with a long name " + std::to_string(i);
-        scheduler.put_server(ServerSpec(name));
-        scheduler.remove_server(name);
+        fleet.put(ServerSpec(name));
+        fleet.remove(name);
     }
     BOOST_TEST(scheduler.explain(placement.decision).value().chosen == "a machine with a long name");
 }
