@@ -686,9 +686,10 @@ BOOST_AUTO_TEST_CASE(controllers_have_a_port_of_their_own_and_an_address_that_th
 BOOST_AUTO_TEST_CASE(a_session_server_passes_controllers_on_to_machines_that_have_a_port_to_name)
 {
     auto const parsed = [](std::string const& machine, std::string const& more) {
-        return parse_session_config(R"({"port":1999,"server":"h","simulationServers":[{"address":)" +
-                                        machine + "}]," + more + "}",
-                                    "c.json");
+        return parse_session_config(
+            R"({"port":1999,"server":"h","ssl":false,"portRewrite":false,"simulationServers":[{"address":)" +
+                machine + "}]," + more + "}",
+            "c.json");
     };
     std::string const port = R"("controllerPort":2899)";
     auto const good = parsed(R"("h:2000","controllers":"10.0.0.2:2900")", port);
