@@ -293,6 +293,18 @@ struct RepositoryRules
     bool operator==(RepositoryRules const&) const = default;
 };
 
+/// A world of which simulations are kept ready before anybody asks for them.
+struct StagedWorldConfig
+{
+    StagedWorldConfig() = default;
+
+    std::string url;            ///< As browsers name it in `start`.
+    std::string mode = "mjpeg"; ///< As in `start`.
+    int count = 1;              ///< How many are to be ready.
+
+    bool operator==(StagedWorldConfig const&) const = default;
+};
+
 /// The keys that SimulationService obeys.
 struct SimulationServiceConfig
 {
@@ -334,6 +346,9 @@ struct SimulationServiceConfig
     std::string controller_address;
     /// `controllerRepositories`: URL prefixes of the worlds whose robots may be controlled so.
     std::vector<std::string> controller_repositories;
+    std::vector<StagedWorldConfig> staged; ///< `staged`: the first ones matter most.
+    /// `stagedMaxAge`, in seconds: after that a staged simulation is replaced.
+    Duration staged_max_age = std::chrono::minutes(10);
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file
     /// without the key means that of webots.cloud; a program that makes its configuration itself
     /// registers nowhere.

@@ -173,6 +173,9 @@ public:
     /// When it reaches its time limit.
     virtual TimePoint ends_at() const noexcept = 0;
 
+    /// Has its time limit begin now: its first browser has come.
+    virtual void restart_time() noexcept = 0;
+
     /// Puts off its time limit by what is asked for, or by what is left of
     /// `SimulationLauncherConfig::extendable`. Returns: by how much.
     virtual Duration extend(Duration asked) noexcept = 0;

@@ -32,7 +32,7 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
         co_return Failure(errc::not_found, world + " does not exist.");
     FetchedProject fetched;
     fetched.root = order.directory / "project";
-    fetched.revision = "0123456789";
+    fetched.revision = revision;
     fetched.world_header = found->second;
     fetched.notice = notice;
     fetched.forbidden = forbidden;

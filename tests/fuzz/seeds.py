@@ -322,6 +322,7 @@ def configuration():
     yield b'1{"timeout":1,"port":2000,"startTimeout":1e300,"loadFormula":"reference","logFormat":"json","simulationLogDays":0}'
     yield (b'1{"launcher":{"slurm":{"partition":"p","memory":512,"processors":2,"gres":"gpu:1","timeLimit":3600,"copyTo":"/tmp",'
            b'"overrides":[{"mode":"x3d","qos":"q"},{"label":"l","account":"a"}]}}}')
+    yield b'1{"forges":["local:"],"staged":[{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"x3d","count":2},"a"],"stagedMaxAge":60}'
     yield b"0[[[[{"
 
 

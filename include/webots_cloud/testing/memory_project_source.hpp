@@ -42,6 +42,7 @@ public:
         false; ///< Fetches that have begun succeed even when cancelled, like one whose thread has finished.
     RefMeaning refs = RefMeaning::git;
     std::vector<std::uint32_t> in_cache; ///< What `cached` says.
+    std::string revision = "0123456789"; ///< Of what is fetched.
     std::string notice;                  ///< The notice of what is fetched.
     std::vector<std::string> forbidden;  ///< What what is fetched lacks.
     std::string webots_yml;              ///< The settings of what is fetched.

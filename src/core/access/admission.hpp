@@ -95,6 +95,7 @@ public:
     QuotaCounts::Full const& full_client() const noexcept { return clients_.refused(); }
 
     bool is_full() const noexcept { return simulations_ >= max_simulations_; }
+    int simulations() const noexcept { return simulations_; }
     int max_simulations() const noexcept { return max_simulations_; }
     std::size_t simulations_per_address() const noexcept { return clients_.max(); }
 

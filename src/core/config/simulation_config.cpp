@@ -1,6 +1,6 @@
 // The simulation server's configuration beyond its table of keys: values with shapes of their own (forges,
-// launcher), keys that need or exclude each other, values that follow from others, and warnings about what is
-// allowed but seldom meant.
+// staged, launcher), keys that need or exclude each other, values that follow from others, and warnings about
+// what is allowed but seldom meant.
 #include <webots_cloud/config.hpp>
 
 #include "config_rules.hpp"
@@ -86,6 +86,45 @@ void read_forges(ConfigReader& reader, fs::path const& folder, std::vector<Forge
     for (auto const& entry : *list) {
         auto& forge = forges.emplace_back();
         read_forge(reader, forges.size(), entry, folder, forge);
+    }
+}
+
+void read_staged_world(ConfigReader& reader, std::vector<ForgeAddress> const& forges,
+                       StagedWorldConfig& world)
+{
+    reader.read_members(world);
+    if (!reader.has("url"))
+        return reader.require("url", "the address of a world");
+    if (auto const parsed = parse_world_url(world.url, forges); !parsed && !reader.is_refused("url"))
+        reader.refuse("url", "the address of a world on one of the \"forges\"",
+                      concat(": ", printable(parsed.error().message(), 300)));
+}
+
+/// Only simulations that are programs of this machine are staged: a job would hold its node, and containers
+/// hold their images and networks.
+void read_staged(ConfigReader& reader, SimulationConfig& config)
+{
+    auto const* found = reader.find("staged");
+    if (!found)
+        return;
+    auto const* list = found->if_array();
+    if (!list)
+        return reader.refuse("staged", "a list of objects, as in [{\"url\": ..., \"count\": 2}]");
+    if (!list->empty() && (config.docker || config.slurm))
+        return reader.refuse("staged", "[] together with \"docker\" or \"launcher\"");
+    std::vector<ForgeAddress> forges;
+    for (auto const& forge : config.forges)
+        forges.emplace_back(forge.url, forge.kind);
+    for (auto const& entry : *list) {
+        auto& world = config.service.staged.emplace_back();
+        auto const number = config.service.staged.size();
+        if (auto const* object = entry.if_object()) {
+            auto inner = reader.entry("staged", number, *object);
+            read_staged_world(inner, forges, world);
+            reader.take_over(inner);
+        } else {
+            reader.refuse_entry("staged", number, entry, "an object, as in {\"url\": ..., \"count\": 2}");
+        }
     }
 }
 
@@ -384,6 +423,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
         config.service.notify.clear(); // there is no address that could be registered
     check_labels(*reader, config.labels);
     read_launcher(*reader, config);
+    read_staged(*reader, config);
     check_simulator_environment(*reader, config);
     if (config.docker && config.launching.max_simulations >= core::editor_distance)
         reader->refuse(

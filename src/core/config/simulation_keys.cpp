@@ -352,6 +352,25 @@ constexpr std::array simulation_walls{
         .least = 0.1},
 };
 
+constexpr std::array<std::string_view, 3> staged_modes{"x3d", "w3d", "mjpeg"};
+
+constexpr std::array staged_keys{
+    ConfigKey{.name = "url",
+              .value = member<&StagedWorldConfig::url>,
+              .text = "the world, by a link that browsers may start as well",
+              .required = true},
+    ConfigKey{.name = "mode",
+              .value = choice<&StagedWorldConfig::mode>,
+              .text = "for browsers that want pictures (`mjpeg`, as our viewer does), or draw the scene "
+                      "themselves (`x3d` and `w3d`, which are the same)",
+              .choices = staged_modes},
+    ConfigKey{.name = "count",
+              .value = member<&StagedWorldConfig::count>,
+              .text = "how many are to be ready",
+              .min = 1,
+              .max = 10'000},
+};
+
 constexpr std::array simulation_visitors{
     ConfigKey{.name = "maxConnections",
               .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::max_simulations>,
@@ -372,6 +391,22 @@ constexpr std::array simulation_visitors{
                       "are sent to "
                       "another machine; 0: no limit",
               .max = 10'000,
+              .reloaded = true},
+    ConfigKey{.name = "staged",
+              .value =
+                  shaped<KeyType::object_list, &SimulationConfig::service, &SimulationServiceConfig::staged>,
+              .text = "worlds of which simulations are kept ready before anybody asks, the most important "
+                      "first, see [docs/operations.md](docs/operations.md#staged-simulations)",
+              .standard = "[]",
+              .reloaded = true,
+              .keys = staged_keys},
+    ConfigKey{.name = "stagedMaxAge",
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::staged_max_age>,
+              .text = "age at which a staged simulation is replaced, so that it has the newest version of "
+                      "its project",
+              .unit = "seconds",
+              .min = 10,
+              .max = max_seconds,
               .reloaded = true},
     ConfigKey{.name = "timeout",
               .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::timeout>,

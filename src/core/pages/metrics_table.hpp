@@ -90,6 +90,8 @@ inline constexpr auto all_metrics = [] {
         {"memory_used_ratio", gauge, simulation, "", "", "Memory in use, of the machine's or of what the control group allows."},
         {"disk_used_ratio", gauge, simulation, "", "", "Use of the root file system."},
         {"simulations", gauge, simulation, "state", "", "Simulations by state."},
+        {"simulations_staged", gauge, simulation, "", "", "Staged simulations that are ready for a browser."},
+        {"staged_taken_total", counter, simulation, "", "", "Browsers that got a staged simulation."},
         {"simulations_max", gauge, simulation, "", "", "Simulations that may run at once."},
         {"draining", gauge, simulation, "", "", "1 while no new simulation is taken."},
         {"simulations_isolated", gauge, simulation, "", "", "1 where the kernel keeps simulations from the server and from each other."},

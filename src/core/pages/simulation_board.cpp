@@ -63,6 +63,11 @@ double process_cpu_percent(Duration used_before, Duration used_after, Duration b
     return 100 * as_seconds(used_after - used_before) / as_seconds(between);
 }
 
+std::size_t staged(std::vector<SimulationRow> const& rows)
+{
+    return static_cast<std::size_t>(std::ranges::count_if(rows, &SimulationRow::staged));
+}
+
 std::string short_world(std::string_view url)
 {
     constexpr std::size_t max = 1024;
@@ -104,6 +109,10 @@ std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::
     append_number(text, static_cast<double>(rows.size()), 0);
     append_key(text, "capacity");
     append_number(text, static_cast<double>(capacity), 0);
+    if (auto const count = staged(rows); count > 0) {
+        append_key(text, "staged");
+        append_number(text, static_cast<double>(count), 0);
+    }
     if (is_draining) {
         append_key(text, "draining");
         text += "true";

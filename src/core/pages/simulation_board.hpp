@@ -24,6 +24,7 @@ struct SimulationRow
     std::uint64_t id = 0;
     std::string world; ///< Where the browser found it; made short for the page.
     std::string state;
+    bool staged = false; ///< It is ready, and no browser has it yet.
     Duration age{};
     std::string log;           ///< Where the operator finds what the simulator printed; empty: nowhere.
     int process = 0;           ///< 0 while there is none.
@@ -36,6 +37,9 @@ struct SimulationRow
 
 /// Percent of one processor that was used between two looks at the time that a process tree has consumed.
 double process_cpu_percent(Duration used_before, Duration used_after, Duration between) noexcept;
+
+/// How many of them are staged and ready.
+std::size_t staged(std::vector<SimulationRow> const& rows);
 
 /// A world's URL in at most 200 bytes, its end preferred: there is the file's name.
 std::string short_world(std::string_view url);

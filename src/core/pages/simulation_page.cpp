@@ -110,10 +110,12 @@ std::string simulation_row(SimulationRow const& row)
 
 std::string simulations(SimulationMonitorView const& view)
 {
+    auto const ready = staged(view.simulations);
     auto html =
         concat("<section>\n<h2>Simulations: <span id=\"count\">", std::to_string(view.simulations.size()),
-               "</span> of at most ", std::to_string(view.capacity),
-               "</h2>\n<div class=\"scroll\"><table class=\"bordered\" id=\"simulations\"",
+               "</span> of at most ", std::to_string(view.capacity), "<span id=\"staged\">",
+               ready == 0 ? "" : concat(", ", std::to_string(ready), " of them staged"),
+               "</span></h2>\n<div class=\"scroll\"><table class=\"bordered\" id=\"simulations\"",
                view.simulations.empty() ? " hidden" : "",
                ">\n<thead><tr><th>#</th><th>world</th><th>state</th><th>age</th><th>CPU</th><th>memory</th>"
                "<th>processes</th><th>process</th><th>log</th></tr></thead>\n<tbody>\n");

@@ -13,9 +13,8 @@ std::vector<std::string> webots_command(std::filesystem::path const& webots, std
                                         std::uint16_t port, std::filesystem::path const& world,
                                         bool names_extern_robots)
 {
-    bool const is_video = mode == "mjpeg";
     std::vector<std::string> argv{webots.string(), "--batch", "--mode=pause"};
-    if (!is_video) { // the browser draws
+    if (!is_video(mode)) { // the browser draws
         argv.emplace_back("--minimize");
         argv.emplace_back("--no-rendering");
     }
@@ -23,7 +22,7 @@ std::vector<std::string> webots_command(std::filesystem::path const& webots, std
     argv.emplace_back("--heartbeat=5000");
     if (names_extern_robots)
         argv.emplace_back("--extern-urls");
-    argv.emplace_back(is_video ? "--stream=mjpeg" : "--stream");
+    argv.emplace_back(is_video(mode) ? "--stream=mjpeg" : "--stream");
     argv.push_back(world.string());
     return argv;
 }

@@ -13,6 +13,12 @@ namespace webots_cloud::core {
 /// True for the modes that some Webots knows.
 bool is_known_mode(std::string_view mode) noexcept;
 
+/// The browser is sent pictures; in all other modes it draws the scene itself.
+constexpr bool is_video(std::string_view mode) noexcept
+{
+    return mode == "mjpeg";
+}
+
 /// Webots tries so many ports above a busy one, without reporting that.
 inline constexpr int ports_tried_by_webots = 10;
 

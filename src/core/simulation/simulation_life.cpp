@@ -22,9 +22,25 @@ Duration SimulationLife::launched(TimePoint now, TimePoint ends_at)
     return end_stage(now);
 }
 
+bool SimulationLife::take_staged(Duration reconnect_grace)
+{
+    if (!staged_ || state_ != State::waiting || must_let_go())
+        return false;
+    grace_ = reconnect_grace;
+    staged_ = false;
+    state_ = State::handing_over;
+    return true;
+}
+
+bool SimulationLife::give_back()
+{
+    given_back_ = staged_;
+    return staged_;
+}
+
 Duration SimulationLife::ready(TimePoint now)
 {
-    state_ = State::serving;
+    state_ = staged_ ? State::waiting : State::serving;
     stage_ = Stage::idle;
     start_ = Start::succeeded;
     return end_stage(now);
@@ -61,7 +77,8 @@ bool SimulationLife::operator_ends()
 
 bool SimulationLife::must_let_go() const noexcept
 {
-    return ended_by_operator_ || state_ == State::handing_over || (state_ == State::waiting && stopping_);
+    return ended_by_operator_ || given_back_ || state_ == State::handing_over ||
+           (stopping_ && (staged_ || state_ == State::waiting));
 }
 
 SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
@@ -77,7 +94,7 @@ SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
         return next;
     }
     case State::waiting:
-        return end(stopping_ || ended_by_operator_ ? Loss::none : Loss::not_returned);
+        return end(stopping_ || ended_by_operator_ || staged_ ? Loss::none : Loss::not_returned);
     case State::serving:
         if (may_return && has_grace()) {
             state_ = State::waiting;

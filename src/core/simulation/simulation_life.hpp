@@ -9,7 +9,8 @@ namespace webots_cloud::core {
 /// returns.
 ///
 /// A simulation has one connection to its browser at a time; a browser that returns opens another one, which
-/// takes over. While the simulation waits for its browser, that counts as a connection too.
+/// takes over. While the simulation waits for its browser, that counts as a connection too. A staged
+/// simulation waits for its first browser.
 class SimulationLife
 {
 public:
@@ -18,7 +19,7 @@ public:
         fetching,     ///< The project, once the simulation is admitted.
         launching,    ///< Until the world is loaded.
         serving,      ///< A browser, since the world is loaded.
-        waiting,      ///< For its browser to return.
+        waiting,      ///< For its browser to come, or to return.
         handing_over, ///< Another connection takes over: the one before must end.
         exited,       ///< The simulator has ended by itself.
         ending,       ///< The simulator is being ended, and what is left removed.
@@ -67,6 +68,17 @@ public:
     SimulationLife(Duration reconnect_grace, TimePoint now, bool server_is_stopping = false)
         : grace_(reconnect_grace), stage_began_(now), stopping_(server_is_stopping)
     {}
+
+    /// It has no browser yet. To be called first.
+    void begin_staged() { staged_ = true; }
+    bool is_staged() const noexcept { return staged_; }
+
+    /// A browser comes, and takes over as one that returns; from now on it is waited for as long as
+    /// `reconnect_grace`.   Returns: false when the simulation is not staged, not ready, or is being ended.
+    bool take_staged(Duration reconnect_grace);
+
+    /// The server needs its place for others, or its project is old.   Returns: false when a browser has it.
+    bool give_back();
 
     /// The project has been fetched.   Returns: how long that took.
     Duration fetched(TimePoint now);
@@ -156,6 +168,8 @@ private:
     Leaving leaving_ = Leaving::for_good;
     bool stopping_; ///< The server.
     bool ended_by_operator_ = false;
+    bool staged_ = false;
+    bool given_back_ = false;
 };
 
 } // namespace webots_cloud::core

@@ -66,6 +66,9 @@ public:
     /// It has a machine: all times begin now.   Returns: false when it has not waited.
     bool begins(TimePoint now);
 
+    /// Its longest life begins now: nobody has used it before.
+    void restart_life(TimePoint now) { ends_at_ = now + timeout_; }
+
     Heartbeat heartbeat(TimePoint now);
 
     /// Somebody will say when the port is open: nobody has to look for it.

@@ -69,7 +69,7 @@ ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t por
     process.limits = params_.limits;
     if (spec.old_command_line) {
         core::OldStream stream;
-        stream.picture = spec.mode == "mjpeg";
+        stream.picture = core::is_video(spec.mode);
         stream.controller_edit = spec.controller_edit;
         stream.ssl = params_.old_webots_tls;
         stream.multimedia_server = params_.config.multimedia_server;

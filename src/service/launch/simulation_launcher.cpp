@@ -136,6 +136,7 @@ public:
     void terminate_at(Limit limit) noexcept override;
     int process_id() const noexcept override { return process_->id(); }
     TimePoint ends_at() const noexcept override { return state_.ends_at(); }
+    void restart_time() noexcept override { state_.restart_life(clock_.now()); }
     Duration extend(Duration asked) noexcept override { return state_.extend(asked); }
     Duration extendable() const noexcept override { return state_.extendable(); }
     std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }

@@ -20,6 +20,7 @@
 #include "service/route_table.hpp"
 #include "service/tell.hpp"
 #include "simulation_session.hpp"
+#include "stager.hpp"
 #include "status_endpoints.hpp"
 #include "world_pictures.hpp"
 
@@ -62,8 +63,10 @@ struct SimulationService::Impl
           context(params, hooks, projects, simulators, clock, std::move(logger),
                   limits_of(params, simulators.params())),
           status(params, hooks, context, sessions, metrics), pictures(hooks.picture_taker, sessions, clock),
-          worlds(hooks.world_finder, context.policy, pictures, clock)
+          worlds(hooks.world_finder, context.policy, pictures, clock),
+          stager(context, sessions, [this] { return ++last_id; })
     {
+        context.stager = &stager;
         apply_config();
     }
 
@@ -100,6 +103,7 @@ struct SimulationService::Impl
     StatusEndpoints status;
     WorldPictures pictures;
     LocalWorlds worlds;
+    Stager stager;
     std::uint64_t last_id = 0;
     std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
     /// The channels of those that have not asked for a simulation yet.
@@ -122,7 +126,8 @@ double SimulationService::load() const noexcept
 
 std::size_t SimulationService::sessions() const noexcept
 {
-    return impl_->sessions.size();
+    return static_cast<std::size_t>(
+        std::ranges::count_if(impl_->sessions, [](auto const& entry) { return !entry.second->is_staged(); }));
 }
 
 void SimulationService::drain(bool exit_when_empty)
@@ -149,12 +154,13 @@ void SimulationService::Impl::apply_config()
     worlds.refresh();
     for (auto const& [id, session] : sessions)
         session->limit_traffic();
+    stager.apply();
 }
 
 asio::awaitable<result<>> SimulationService::run()
 {
     auto parts = async::first_of(impl_->measure(), impl_->status.look_at_processes(), impl_->worlds.run(),
-                                 impl_->pictures.run());
+                                 impl_->pictures.run(), impl_->stager.run());
     if (impl_->context.launcher.params().limits.any())
         parts = async::first_of(std::move(parts), impl_->watch_limits());
     co_return co_await std::move(parts);
@@ -408,11 +414,21 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, Channe
                                                         core::SimulationRequest request, Channel& channel)
 {
     auto const executor = co_await asio::this_coro::executor;
-    auto const session = std::make_shared<SimulationSession>(context, executor, id, std::move(info.quota_key),
-                                                             std::move(request));
+    auto session = co_await stager.take(info.quota_key, request);
+    bool const is_ready = session != nullptr;
+    if (is_ready) {
+        context.log.info(LogCause("staged"), concat("[", std::to_string(id), "] Gets the staged simulation ",
+                                                    std::to_string(session->id())));
+    } else {
+        session = std::make_shared<SimulationSession>(context, executor, id, std::move(info.quota_key),
+                                                      std::move(request));
+        sessions.emplace(id, session);
+    }
     session->set_asked(std::move(info.asked), std::move(info.public_address));
-    sessions.emplace(id, session);
-    co_await session->run(channel);
+    if (is_ready)
+        co_await session->resume(channel);
+    else
+        co_await session->run(channel);
     forget_if_over(*session);
 }
 

@@ -1,5 +1,6 @@
 // One browser and its simulation, in the order of events: the rules are asked, the project is fetched, the
-// simulator started, its address announced, and whatever happens, `clean_up` comes last.
+// simulator started, its address announced, and whatever happens, `clean_up` comes last. A staged simulation
+// (`run_staged`) goes the same way without a browser.
 // docs/inside.md, "One simulation", has the picture.
 // Decisions: core/simulation/simulation_life, core/access/admission, core/projects/repository_policy.
 // Decisions: core/simulation/editable_files, core/access/controller_address.
@@ -15,6 +16,7 @@
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 #include "service/tell.hpp"
+#include "stager.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -87,12 +89,15 @@ Duration grace_for(SessionContext const& context, core::SimulationRequest const&
 } // namespace
 
 SimulationSession::SimulationSession(SessionContext& context, asio::any_io_executor const& executor,
-                                     std::uint64_t id, std::string quota_key, core::SimulationRequest request)
+                                     std::uint64_t id, std::string quota_key, core::SimulationRequest request,
+                                     Browser browser)
     : context_(context), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
       life_(grace_for(context, request_), context.clock.now(), context.state.is_stopping()),
       started_(context.clock.now()), life_changed_(executor), released_(executor)
 {
-    if (!is_fetch_only())
+    if (browser == Browser::awaited)
+        life_.begin_staged();
+    else if (!is_fetch_only())
         context.starts.arrived();
 }
 
@@ -167,14 +172,22 @@ WorldKey SimulationSession::world_key() const
     return webots_cloud::world_key(core::world_of(request_), start ? start->mode : std::string());
 }
 
+std::string_view SimulationSession::state_name() const
+{
+    if (is_fetch_only())
+        return "fetching for later";
+    if (is_staged())
+        return is_staged_and_ready() ? "staged" : "being staged";
+    return life_.state() == Life::State::waiting ? "waiting for its browser" : name_of(life_.stage());
+}
+
 core::SimulationRow SimulationSession::row() const
 {
     core::SimulationRow row;
     row.id = id_;
     row.world = core::short_world(core::world_of(request_));
-    row.state = is_fetch_only()                         ? "fetching for later"
-                : life_.state() == Life::State::waiting ? "waiting for its browser"
-                                                        : name_of(life_.stage());
+    row.state = state_name();
+    row.staged = is_staged_and_ready();
     row.age = context_.clock.now() - started_;
     if (output_)
         row.log = output_->name();
@@ -203,9 +216,60 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
     co_await finish(channel);
 }
 
+asio::awaitable<void> SimulationSession::run_staged()
+{
+    ClosedChannel nobody;
+    auto parts = async::first_of(async::as_part(simulate(nobody)), async::as_part(await_takeover()));
+    (void)co_await std::move(parts);
+    auto const next = end_connection();
+    released_.notify();
+    if (next.action != Life::Action::hand_over)
+        co_await clean_up(next.exited);
+}
+
+bool SimulationSession::claim(std::string const& quota_key, core::SimulationRequest const& request)
+{
+    auto const before = std::exchange(request_, request);
+    quota_key_ = quota_key;
+    if (may_start() && take_place() && life_.take_staged(grace_for(context_, request_))) {
+        started_ = context_.clock.now();
+        introduced_ = false;
+        life_changed_.notify();
+        return true;
+    }
+    place_.release();
+    request_ = before;
+    return false;
+}
+
+asio::awaitable<bool> SimulationSession::claimed()
+{
+    (void)co_await released_.wait();
+    if (life_.is_over())
+        co_return false;
+    context_.starts.arrived();
+    for (auto const stage : {core::StartStage::fetch, core::StartStage::launch, core::StartStage::ready})
+        passed(stage, Duration::zero());
+    simulation_->restart_time();
+    life_.extended(simulation_->ends_at());
+    if (life_.has_grace())
+        token_ = context_.hooks.new_token();
+    if (!core::has_editor(request_))
+        programs_.reset();
+    co_return true;
+}
+
+void SimulationSession::give_back()
+{
+    if (life_.give_back())
+        life_changed_.notify();
+}
+
 asio::awaitable<void> SimulationSession::resume(Channel& channel)
 {
     greet(channel);
+    if (!std::exchange(introduced_, true))
+        introduce(channel);
     tell_time(channel, life_.time_left(context_.clock.now()));
     announce(channel);
     auto parts = async::first_of(async::as_part(relay(channel)), async::as_part(receive(channel)),
@@ -220,6 +284,15 @@ void SimulationSession::greet(Channel& channel)
     channel_ = &channel;
     if (core::wants_heartbeat(request_))
         (void)channel.send(std::string(core::heartbeat_promise));
+}
+
+/// What a browser is told of its project before it learns where its simulation is.
+void SimulationSession::introduce(Channel& channel)
+{
+    if (!project_->notice.empty())
+        (void)channel.send(core::loading_message(project_->notice));
+    for (auto const& path : project_->forbidden)
+        (void)channel.send(core::forbidden_file_message(path));
 }
 
 void SimulationSession::send_heartbeat()
@@ -529,7 +602,7 @@ void SimulationSession::refuse(Channel& channel, Failure const& failure, core::S
 /// The start has failed. `announcement`: what a session server is told before that; possibly empty.
 void SimulationSession::refuse(Channel& channel, Failure const& failure, std::string_view announcement)
 {
-    bool const is_first = life_.failed();
+    bool const is_first = life_.failed() && !is_staged();
     if (is_first && is_fetch_only())
         context_.fetches.failed(failure);
     else if (is_first)
@@ -543,10 +616,11 @@ void SimulationSession::refuse(Channel& channel, Failure const& failure, std::st
 asio::awaitable<void> SimulationSession::simulate(Channel& channel)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    context_.log.info(LogCause("start"),
-                      concat(log_prefix(),
-                             is_fetch_only() ? "Fetching for later starts " : "Starting simulation from ",
-                             core::printable(core::world_of(request_))));
+    context_.log.info(LogCause("start"), concat(log_prefix(),
+                                                is_fetch_only() ? "Fetching for later starts "
+                                                : is_staged()   ? "Staging a simulation from "
+                                                                : "Starting simulation from ",
+                                                core::printable(core::world_of(request_))));
     auto const fetched = co_await fetch(channel);
     if (!fetched) {
         if (fetched.error().code() != asio::error::operation_aborted)
@@ -560,6 +634,11 @@ asio::awaitable<void> SimulationSession::simulate(Channel& channel)
     if (!check_needs(channel))
         co_return;
     co_await read_programs();
+    if (!is_staged())
+        co_await context_.stager->await_seat();
+    bool const has_left = co_await async::is_cancelled();
+    if (has_left)
+        co_return;
     auto const launched = co_await launch(channel);
     if (!launched) {
         refuse(channel, launched.error(), core::refusal_at(step_, launched.error()));
@@ -605,14 +684,12 @@ bool SimulationSession::takes_controllers() const
     });
 }
 
-/// Whether this machine takes the simulation, which then has a place. Refused before anything is fetched.
-result<> SimulationSession::admit()
+/// Whether this machine takes the simulation, if it has a place for it. Refused before anything is fetched.
+result<> SimulationSession::may_start() const
 {
     if (context_.state.is_draining())
         return core::refused(core::Refused::server_drains);
-    if (auto const allowed = check_policy(); !allowed)
-        return allowed;
-    return take_place();
+    return check_policy();
 }
 
 /// Takes a place, if the machine has room for one more simulation, and the world and the client may have
@@ -627,8 +704,10 @@ result<> SimulationSession::take_place()
     }
     auto& admission = context_.admission;
     auto const verdict = admission.admit(quota_key_, world, place_);
-    if (verdict == Verdict::admitted)
+    if (verdict == Verdict::admitted) {
+        context_.stager->on_change();
         return {};
+    }
     if (verdict == Verdict::world_full)
         return core::refused(core::Refused::world_has_enough,
                              {{"max", std::to_string(admission.simulations_per_world())}});
@@ -665,7 +744,9 @@ bool SimulationSession::check_needs(Channel& channel)
 /// Asks the rules about worlds (docs/recipes.md, "A rule about worlds"), then the fetcher.
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
 {
-    auto const admitted = admit();
+    auto admitted = may_start();
+    if (admitted && !is_staged())
+        admitted = take_place();
     if (!admitted)
         co_return admitted.error();
     auto const* const website = std::get_if<WebsiteProject>(&request_);
@@ -685,13 +766,17 @@ asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
     auto const fetched = co_await std::move(parts);
     if (!fetched)
         co_return fetched.error();
-    if (!project_->notice.empty())
-        (void)channel.send(core::loading_message(project_->notice));
-    for (auto const& path : project_->forbidden)
-        (void)channel.send(core::forbidden_file_message(path));
+    introduce(channel);
     if (!is_fetch_only())
-        context_.starts.passed(core::StartStage::fetch, life_.fetched(context_.clock.now()));
+        passed(core::StartStage::fetch, life_.fetched(context_.clock.now()));
     co_return result<>();
+}
+
+/// Counts a stage of a start that a browser waits for.
+void SimulationSession::passed(core::StartStage stage, Duration took)
+{
+    if (!is_staged())
+        context_.starts.passed(stage, took);
 }
 
 /// What was fetched stays in the cache; the caller removes the copy that was made of it.
@@ -713,6 +798,7 @@ asio::awaitable<result<>> SimulationSession::fetch_project(std::shared_ptr<Fetch
     if (!project)
         co_return project.error();
     project_ = std::move(*project);
+    context_.stager->on_fetch(id_, *project_);
     co_return result<>();
 }
 
@@ -775,7 +861,7 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
         co_return simulation.error();
     simulation_ = std::move(*simulation);
     measured_ = context_.clock.now();
-    context_.starts.passed(core::StartStage::launch, life_.launched(measured_, simulation_->ends_at()));
+    passed(core::StartStage::launch, life_.launched(measured_, simulation_->ends_at()));
     for (auto const& announcement : simulation_->announcements())
         (void)channel.send(announcement);
     // Browsers that send `init` don't know the message.
@@ -889,15 +975,7 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             if (std::holds_alternative<core::StartMessage>(request_))
                 tell_time(channel, context_.launcher.params().config.timeout);
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
-            context_.starts.passed(core::StartStage::ready, life_.ready(context_.clock.now()));
-            ++context_.changes;
-            context_.log.info(LogCause("ready"),
-                              concat(log_prefix(), "Webots world is loaded, ready to receive connections"));
-            ready_ = *ready;
-            if (ready_.through_gateway)
-                open_tunnels();
-            if (life_.has_grace())
-                token_ = context_.hooks.new_token();
+            on_ready(*ready);
             announce(channel);
         } else if (std::holds_alternative<SimulationHeartbeat>(*event)) {
             (void)channel.send(".");
@@ -905,6 +983,12 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             note_extern_robot(std::move(waiting->name), channel);
         } else if (auto const* activity = std::get_if<SimulationActivity>(&*event)) {
             life_.activity(activity->running);
+            if (is_staged() && activity->running) {
+                context_.log.warning(LogCause("staged"),
+                                     concat(log_prefix(), "The world does not stay paused, "
+                                                          "so it can't be staged"));
+                co_return;
+            }
         } else {
             life_.exited();
             auto const& ended = std::get<SimulationEnded>(*event);
@@ -917,6 +1001,21 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             co_return;
         }
     }
+}
+
+void SimulationSession::on_ready(SimulationReady const& ready)
+{
+    passed(core::StartStage::ready, life_.ready(context_.clock.now()));
+    ++context_.changes;
+    context_.log.info(LogCause("ready"),
+                      concat(log_prefix(), "Webots world is loaded, ready to receive connections"));
+    ready_ = ready;
+    if (ready_.through_gateway)
+        open_tunnels();
+    if (is_staged())
+        context_.stager->on_ready(id_);
+    else if (life_.has_grace())
+        token_ = context_.hooks.new_token();
 }
 
 /// The simulator has ended before it was ready. At a limit, the world needs too much.

@@ -39,6 +39,8 @@
 
 namespace webots_cloud {
 
+class Stager;
+
 /// What the sessions of a server share.
 struct SessionContext
 {
@@ -58,13 +60,16 @@ struct SessionContext
     Logger log;
     core::RepositoryPolicy policy;
     core::ServiceState state;
-    double load = 0; ///< Of this machine when it was last measured, in percent.
+    Stager* stager = nullptr; ///< Set before there are sessions.
+    double load = 0;          ///< Of this machine when it was last measured, in percent.
+    double memory = 0;        ///< In use then, in percent, by staged simulations too.
     core::Admission admission;
     core::StartFigures starts;
     core::FetchFigures fetches; ///< For later starts.
     /// How often a simulation got ready, began to wait for its browser, or ended: pages that were made before
     /// that are old.
     std::uint64_t changes = 0;
+    std::uint64_t staged_taken = 0;          ///< Staged simulations that browsers got.
     std::map<Limit, std::uint64_t> overruns; ///< Simulations that were ended at a limit.
     /// Bytes of simulations that have ended, from and to browsers.
     std::uint64_t received = 0;
@@ -72,15 +77,23 @@ struct SessionContext
 };
 
 /// The simulation of one browser. One connection at a time owns it: the one that started it, or the last one
-/// that took it over.
+/// that took it over. A staged simulation is one whose browser has not come yet: that takes it over, as one
+/// that returns does.
 ///
 /// Lifetime: the context must outlive it.
 /// Thread-safety: one executor.
 class SimulationSession
 {
 public:
+    enum class Browser
+    {
+        here,
+        awaited ///< The simulation is staged.
+    };
+
     SimulationSession(SessionContext& context, boost::asio::any_io_executor const& executor, std::uint64_t id,
-                      std::string quota_key, core::SimulationRequest request);
+                      std::string quota_key, core::SimulationRequest request,
+                      Browser browser = Browser::here);
 
     /// Fetches, launches and relays until the browser leaves or the simulation ends, then cleans up. Call it
     /// once.
@@ -90,6 +103,29 @@ public:
     ///
     /// Cancellation: none; it ends when the browser leaves.
     boost::asio::awaitable<void> run(Channel& channel);
+
+    /// In place of `run` where the browser is awaited: gets ready, and waits until a browser takes the
+    /// simulation over. Ends then, or when the simulation has ended and nothing is left of it.
+    boost::asio::awaitable<void> run_staged();
+
+    /// A staged simulation is the browser's from now on, if it may start one.   False: the browser is not
+    /// told why, since an ordinary start does.
+    bool claim(std::string const& quota_key, core::SimulationRequest const& request);
+
+    /// To be awaited once it was claimed, before `resume`. False: it has ended meanwhile.
+    boost::asio::awaitable<bool> claimed();
+
+    /// Ends the simulation if it is staged.
+    void give_back();
+
+    /// No browser has it yet.
+    bool is_staged() const noexcept { return life_.is_staged(); }
+
+    /// A browser could have it.
+    bool is_staged_and_ready() const noexcept
+    {
+        return is_staged() && life_.state() == core::SimulationLife::State::waiting;
+    }
 
     /// Takes the session from the connection that owns it, to `resume` it. False: there is nothing to return
     /// to.
@@ -197,6 +233,7 @@ private:
     boost::asio::awaitable<result<Project>> fetch_requested(std::shared_ptr<FetchProgress> progress);
     boost::asio::awaitable<result<>> fetch_project(std::shared_ptr<FetchProgress> progress);
     void fetched_for_later(Channel& channel);
+    void passed(core::StartStage stage, Duration took);
     boost::asio::awaitable<result<>> launch(Channel& channel);
     LaunchSpec launch_spec() const;
     boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,
@@ -218,6 +255,9 @@ private:
     boost::asio::awaitable<void> save_program(core::WriteFileMessage program, Channel& channel);
     void list_programs(Channel& channel);
     void greet(Channel& channel);
+    void introduce(Channel& channel);
+    void on_ready(SimulationReady const& ready);
+    std::string_view state_name() const;
     void tell_time(Channel& channel, Duration left);
     void extend(Duration by, Channel& channel);
     void announce(Channel& channel);
@@ -228,7 +268,7 @@ private:
     bool takes_controllers() const;
     result<> check_policy() const;
     bool check_needs(Channel& channel);
-    result<> admit();
+    result<> may_start() const;
     result<> take_place();
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure, core::StartRefusal refusal);
@@ -246,7 +286,8 @@ private:
     core::SimulationRequest request_;
     core::SimulationLife life_;
     core::StartStep step_ = core::StartStep::admission; ///< Until the simulation is ready.
-    Channel* channel_ = nullptr;                        ///< To the browser, while `run` or `resume` uses it.
+    bool introduced_ = true;     ///< The browser knows what those are told who have waited for the start.
+    Channel* channel_ = nullptr; ///< To the browser, while `run` or `resume` uses it.
     TimePoint started_;
     core::Admission::Place place_;
     std::optional<Project> project_;
@@ -273,5 +314,8 @@ private:
     std::optional<double> cpu_; ///< Percent of one processor, between the last two measurements.
     double graphics_ = 0;       ///< Graphics processors, then.
 };
+
+/// The sessions of a server, by their number. Shared with the connections that use them.
+using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSession>>;
 
 } // namespace webots_cloud

@@ -69,7 +69,10 @@ void StatusEndpoints::measure(TimePoint due, std::size_t clients)
     last_sample_ = std::move(sample);
     auto const formula =
         params_.config.reference_load ? core::LoadFormula::reference : core::LoadFormula::strict;
-    context_.load = core::load_of(formula, figures.cpu, last_sample_);
+    context_.memory = last_sample_.memory_used;
+    auto without_staged = last_sample_;
+    without_staged.memory_used = memory_of_browsers();
+    context_.load = core::load_of(formula, figures.cpu, without_staged);
     average_.add(context_.load);
 
     figures.running = static_cast<int>(running());
@@ -84,18 +87,40 @@ void StatusEndpoints::measure(TimePoint due, std::size_t clients)
     look_wanted_->notify();
 }
 
+template<class Predicate>
+std::size_t StatusEndpoints::count(Predicate is_counted) const
+{
+    return static_cast<std::size_t>(
+        std::ranges::count_if(sessions_, [&](auto const& entry) { return is_counted(*entry.second); }));
+}
+
 std::size_t StatusEndpoints::running() const
 {
-    return static_cast<std::size_t>(std::count_if(sessions_.begin(), sessions_.end(), [](auto const& entry) {
-        return entry.second->stage() == core::SimulationLife::Stage::running;
-    }));
+    return count([](SimulationSession const& session) {
+        return session.stage() == core::SimulationLife::Stage::running && !session.is_staged();
+    });
 }
 
 /// How many projects are being fetched for later starts.
 std::size_t StatusEndpoints::fetches() const
 {
-    return static_cast<std::size_t>(std::count_if(
-        sessions_.begin(), sessions_.end(), [](auto const& entry) { return entry.second->is_fetch_only(); }));
+    return count([](SimulationSession const& session) { return session.is_fetch_only(); });
+}
+
+std::size_t StatusEndpoints::staged() const
+{
+    return count([](SimulationSession const& session) { return session.is_staged(); });
+}
+
+/// Percent that is in use, but for what staged simulations would give back.
+double StatusEndpoints::memory_of_browsers() const
+{
+    double staged = 0;
+    for (auto const& [id, session] : sessions_)
+        if (session->is_staged())
+            staged += static_cast<double>(session->usage().memory_bytes);
+    auto const all = static_cast<double>(description_.memory_bytes);
+    return all > 0 ? std::max(0.0, last_sample_.memory_used - 100 * staged / all) : last_sample_.memory_used;
 }
 
 void StatusEndpoints::want_look()
@@ -177,16 +202,16 @@ std::size_t StatusEndpoints::capacity() const
 LoadReport StatusEndpoints::report() const
 {
     // Fetches for later starts are no sessions, which session servers send here and count; but they hold
-    // places.
+    // places. Staged simulations hold none.
     auto const fetches = static_cast<int>(this->fetches());
     LoadReport report(average_.value());
-    report.sessions = static_cast<int>(sessions_.size()) - fetches;
-    report.starting =
-        static_cast<int>(std::count_if(sessions_.begin(), sessions_.end(),
-                                       [](auto const& entry) { return entry.second->is_starting(); })) -
-        fetches;
+    report.sessions = static_cast<int>(sessions_.size() - staged()) - fetches;
+    report.starting = static_cast<int>(count([](SimulationSession const& session) {
+                          return session.is_starting() && !session.is_staged();
+                      })) -
+                      fetches;
     report.capacity = std::max(0, context_.admission.max_simulations() - fetches);
-    report.memory = last_sample_.memory_used;
+    report.memory = memory_of_browsers();
     report.draining = context_.state.is_draining();
     report.arrivals = static_cast<std::int64_t>(context_.starts.arrivals());
     report.failed = static_cast<std::int64_t>(context_.starts.lost());
@@ -209,6 +234,8 @@ std::vector<WorldUse> StatusEndpoints::worlds() const
 {
     std::map<std::uint64_t, WorldUse> uses;
     for (auto const& [id, session] : sessions_) {
+        if (session->is_staged())
+            continue; // paused, it says little about what the world uses
         auto const key = session->world_key();
         auto& use = uses[key.world];
         use.key = key;
@@ -316,7 +343,12 @@ Answer StatusEndpoints::figures(IncomingRequest const&)
     text.family(core::metric("simulations"))
         .add(starting, {{"state", "starting"}})
         .add(active, {{"state", "running"}})
-        .add(static_cast<double>(sessions_.size() - fetches()) - starting - active, {{"state", "idle"}});
+        .add(static_cast<double>(sessions_.size() - fetches() - staged()) - starting - active,
+             {{"state", "idle"}});
+    text.family(core::metric("simulations_staged"))
+        .add(static_cast<double>(
+            count([](SimulationSession const& session) { return session.is_staged_and_ready(); })));
+    text.family(core::metric("staged_taken_total")).add(static_cast<double>(context_.staged_taken));
     text.family(core::metric("simulations_max")).add(static_cast<double>(capacity()));
     text.family(core::metric("draining")).add(context_.state.is_draining() ? 1 : 0);
     text.family(core::metric("event_loop_lag_seconds"))

@@ -27,9 +27,6 @@
 
 namespace webots_cloud {
 
-/// The sessions of a server, by their number. Shared with the connections that use them.
-using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSession>>;
-
 /// `/load`, `/monitor`, `/metrics`, `/livez`, `/readyz`, `/api/operator`, `/api/drain` and `/api/end`.
 ///
 /// Lifetime: everything passed by reference must outlive it.
@@ -70,8 +67,12 @@ private:
     boost::asio::awaitable<void> look_at_some();
     void want_look();
     void expire_old_pages();
+    template<class Predicate>
+    std::size_t count(Predicate is_counted) const;
     std::size_t running() const;
     std::size_t fetches() const;
+    std::size_t staged() const;
+    double memory_of_browsers() const;
     std::vector<core::SimulationRow> rows() const;
     std::size_t capacity() const;
     LoadReport report() const;

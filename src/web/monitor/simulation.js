@@ -161,6 +161,7 @@
 
   function showSimulations(message) {
     write(document.getElementById("count"), String(message.count));
+    write(document.getElementById("staged"), message.staged ? `, ${message.staged} of them staged` : "");
     table.hidden = message.count === 0;
     if (known.size === 0)
       table.tBodies[0].replaceChildren(); // the rows of the first paint

@@ -15,10 +15,10 @@ import start_bench
 from git_fetch.repositories import WANTED, make_all
 from peers import FreeSimulationServer, Tool, cpu_seconds, memory
 from row import Row, itself
-from support.browser_client import LOCAL, Browser
+from support.browser_client import LOCAL, WORLD, Browser
 from support.git_server import GitServer
 from support.ports import free_port
-from support.servers import SessionServer, program, wait_until
+from support.servers import SessionServer, SimulationServer, program, wait_until
 
 
 def stage_milliseconds(server, stage):
@@ -86,6 +86,32 @@ def walled_start(quick):
     def measure():
         took = {kind: statistics.median(times) for kind, times in start_bench.measure(kinds, 3 if quick else 25).items()}
         return {"ours": took[start_bench.WALLED] - took[None], "without walls": took[start_bench.FREE] - took[None]}
+    yield measure
+
+
+@contextlib.contextmanager
+def staged_start(quick):
+    """From `start` to `webots:` with all walls where one simulation is staged; in turns with a server that stages none."""
+    starts = 3 if quick else 25
+    walls = start_bench.KINDS[start_bench.WALLED]
+
+    def is_ready(server):
+        return re.search(r"^webots_simulations_staged 1$", server.get("/metrics"), re.MULTILINE)
+
+    def measure():
+        took = {"ours": [], "not staged": []}
+        with SimulationServer(**LOCAL, **walls, staged=[{"url": WORLD}]) as staged, SimulationServer(**LOCAL, **walls) as plain:
+            for number in range(starts + 1):
+                wait_until(lambda: is_ready(staged), "nothing is staged")
+                for way, server in (("ours", staged), ("not staged", plain)):
+                    milliseconds = asyncio.run(start_bench.start_milliseconds(server))
+                    if number > 0:  # the first one pays for what a process does once
+                        took[way].append(milliseconds)
+                plain.wait_until_clean()
+            taken = float(re.search(r"^webots_staged_taken_total (\S+)$", staged.get("/metrics"), re.MULTILINE)[1])
+            if taken != starts + 1:
+                raise AssertionError(f"{taken:.0f} of {starts + 1} starts got a staged simulation")
+        return {way: statistics.median(values) for way, values in took.items()}
     yield measure
 
 
@@ -168,6 +194,7 @@ ROWS = [
         lambda sample: sample["ours"] - sample["direct"], relayed_start),
     Row("from `start` to `webots:` with bubblewrap, `internet` and a private display, beyond the simulator", "ms", "at most 60 ms", 60, itself,
         walled_start),
+    Row("from `start` to `webots:` of a staged simulation, with the same walls", "ms", "at most 15 ms", 15, itself, staged_start),
     Row("a running simulation, 100 of them", "% of a core", "under 0.1 %", 0.1, itself, of_running("cpu")),
     Row("a running simulation in the server's memory, 100 of them", "kB", "at most 64 kB", 64, itself, of_running("memory")),
     Row("a running simulation, 1,000 of them", "% of a core", "under 0.1 %", 0.1, itself, of_running("cpu", 1000)),

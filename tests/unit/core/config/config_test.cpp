@@ -1042,6 +1042,38 @@ BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
         BOOST_TEST(!parse_simulation_config(R"({"notify":")" + std::string(bad) + "\"}", "c.json"), bad);
 }
 
+BOOST_AUTO_TEST_CASE(worlds_are_staged_in_numbers_and_modes_and_only_as_programs_of_this_machine)
+{
+    constexpr std::string_view world = "https://github.com/o/r/blob/main/worlds/a.wbt";
+    auto const with = [&](std::string_view members, std::string_view others = "") {
+        return parse_simulation_config(
+            core::concat(R"({"server":"h","staged":[{"url":")", world, "\"", members, "}]", others, "}"),
+            "c.json");
+    };
+    auto const plain = with("").value().config.service;
+    BOOST_TEST_REQUIRE(plain.staged.size() == 1u);
+    BOOST_TEST(plain.staged[0].url == world);
+    BOOST_TEST(plain.staged[0].mode == "mjpeg");
+    BOOST_TEST(plain.staged[0].count == 1);
+    BOOST_TEST((plain.staged_max_age == std::chrono::minutes(10)));
+    auto const full = with(R"(,"mode":"x3d","count":30)", R"(,"stagedMaxAge":60)").value().config.service;
+    BOOST_TEST(full.staged[0].mode == "x3d");
+    BOOST_TEST(full.staged[0].count == 30);
+    BOOST_TEST((full.staged_max_age == std::chrono::minutes(1)));
+
+    auto const says = [](auto const& refused, std::string_view text) {
+        return !refused && refused.error().message().find(text) != std::string::npos;
+    };
+    BOOST_TEST(says(with("", R"(,"docker":true)"), "expected [] together with \"docker\" or \"launcher\""));
+    BOOST_TEST(says(with("", R"(,"launcher":{"slurm":{}})"), "expected [] together with"));
+    BOOST_TEST(says(with(R"(,"mode":"4d")"), "key \"staged\", entry 1: key \"mode\""));
+    BOOST_TEST(says(with(R"(,"count":0)"), "key \"count\""));
+    BOOST_TEST(says(with("", R"(,"forges":["https://git.example.org"])"),
+                    "expected the address of a world on one of the \"forges\""));
+    for (auto const* staged : {R"({"staged":"a"})", R"({"staged":["a"]})", R"({"staged":[{"count":1}]})"})
+        BOOST_TEST(says(parse_simulation_config(staged, "c.json"), "\"staged\""), staged);
+}
+
 BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)
 {
     auto const configured =

@@ -93,6 +93,9 @@ BOOST_AUTO_TEST_CASE(the_pages_texts_carry_every_series)
     BOOST_TEST(update == R"({"now":1700000000,"load":12.5,"count":1,"capacity":10,"simulations":[)"
                          R"({"id":4,"world":"a\"b.wbt","state":"running","age":65}],)"
                          R"("point":[3,1,12.34,50,7,2,66.66,0,81.25,1.235,0]})");
+    row.staged = true;
+    BOOST_TEST(board.update({row}, 10).find(R"("capacity":10,"staged":1,"simulations":[)") !=
+               std::string::npos);
     row.process = 77;
     row.cpu = 99.96;
     row.memory = 12.34;

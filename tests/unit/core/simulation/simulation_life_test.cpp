@@ -3,6 +3,7 @@
 #include "core/simulation/simulation_life.hpp"
 #include "core/text.hpp"
 
+#include <array>
 #include <ostream>
 #include <string_view>
 #include <vector>
@@ -271,6 +272,50 @@ BOOST_AUTO_TEST_CASE(only_a_browser_that_leaves_a_running_simulation_for_good_qu
     for (auto const* stays : {"fetched launched left", "running lost", "running exited", "running ended",
                               "running stop", "running taken", "running lost parted"})
         BOOST_TEST(!quits(stays), stays);
+}
+
+BOOST_AUTO_TEST_CASE(a_staged_simulation_waits_for_its_first_browser_and_then_is_as_others)
+{
+    SimulationLife life(30s, at(0s));
+    life.begin_staged();
+    tell(life, "fetched");
+    BOOST_TEST(!life.take_staged(5s)); // it is not ready
+    tell(life, "ready");
+    BOOST_TEST((life.state() == State::waiting && life.stage() == Stage::idle));
+    BOOST_TEST(!life.must_let_go());
+    BOOST_TEST(life.take_staged(5s));
+    BOOST_TEST(!life.is_staged());
+    BOOST_TEST(life.must_let_go());
+    BOOST_TEST(!life.take_staged(5s)); // another browser has it
+    BOOST_TEST((life.connection_ended(at(10s)).action == Action::hand_over));
+    BOOST_TEST((life.state() == State::serving));
+    tell(life, "lost");
+    auto const next = life.connection_ended(at(20s));
+    BOOST_TEST((next.action == Action::await_return));
+    BOOST_TEST((next.until == at(25s)));
+    BOOST_TEST(!life.give_back());
+}
+
+BOOST_AUTO_TEST_CASE(a_staged_simulation_is_let_go_in_every_state_without_a_word_about_a_lost_browser)
+{
+    for (int const ending : {0, 1, 2})
+        for (std::size_t progress = 0; progress < 3; ++progress) {
+            SimulationLife life(no_grace, at(0s));
+            life.begin_staged();
+            for (std::size_t i = 0; i < progress; ++i)
+                tell(life, std::array{"fetched", "ready"}[i]);
+            BOOST_TEST(!life.must_let_go());
+            if (ending == 0)
+                BOOST_TEST(life.give_back());
+            else if (ending == 1)
+                (void)life.server_stops();
+            else
+                BOOST_TEST(life.operator_ends());
+            BOOST_TEST(life.must_let_go());
+            BOOST_TEST(!life.take_staged(5s));
+            auto const next = life.connection_ended(at(10s));
+            BOOST_TEST((next.action == Action::clean_up && next.loss == Loss::none));
+        }
 }
 
 BOOST_AUTO_TEST_SUITE_END()

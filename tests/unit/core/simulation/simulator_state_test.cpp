@@ -266,4 +266,14 @@ BOOST_AUTO_TEST_CASE(all_times_begin_when_there_is_a_machine)
     BOOST_TEST((simulator.due(at(5000s + start_timeout)) == Due::stop_unloaded));
 }
 
+BOOST_AUTO_TEST_CASE(the_life_of_one_that_nobody_has_used_begins_with_its_first_browser)
+{
+    auto simulator = started();
+    (void)simulator.heartbeat(at(1s));
+    BOOST_TEST(simulator.port_opened());
+    simulator.restart_life(at(50s));
+    BOOST_TEST((simulator.ends_at() == at(50s + timeout)));
+    BOOST_TEST((simulator.deadline() == at(50s + timeout)));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -2,6 +2,7 @@
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
+#include "service/simulations/stager.hpp"
 #include "service/simulations/status_endpoints.hpp"
 
 #include <webots_cloud/testing/fixed_metrics.hpp>
@@ -118,6 +119,7 @@ struct Fixture
     {
         source.add("o/r", "a.wbt");
         context.policy.rules.allowed = {"https://github.com/o"};
+        context.stager = &stager;
         endpoints.emplace(params, hooks, context, sessions, metrics);
     }
 
@@ -219,6 +221,7 @@ struct Fixture
     SimulationLauncher launcher;
     SessionContext context;
     SimulationSessions sessions;
+    Stager stager{context, sessions, [] { return 0u; }};
     std::optional<StatusEndpoints> endpoints;
     std::vector<std::unique_ptr<testing::LoopbackChannel>> browsers;
     async::TaskGroup conversations{world.executor()}; ///< End when their browser leaves.
