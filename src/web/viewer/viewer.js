@@ -309,6 +309,8 @@ function showDeadline() {
 function lookForPicture() {
   const isMissing = ready && !session.lost && !document.hidden && session.target.mode === 'mjpeg' && picture.element.dataset.live === undefined;
   withoutPicture = isMissing ? withoutPicture + 1 : 0;
+  if (withoutPicture === PICTURE_S)
+    offerScene();
   element('no-picture-comes').hidden = withoutPicture < PICTURE_S;
   element('start-in-3d').hidden = session?.owned !== true || element('show').querySelector('[value="w3d"]').disabled;
 }
@@ -529,8 +531,11 @@ function buildToolbar() {
   toolbar.add('quit', ({ detail: clicks }) => session !== null && clicks <= 1 && disconnect(), { id: 'quit' });
 }
 
-// Offers the scene, or says why there is none; again when the network is back, which may have been the reason.
+// Offers the scene, or says why there is none; again when the network is back, which may have been the reason. The server is asked for
+// its library only once somebody can choose.
 async function offerScene() {
+  if (!element('address').open && element('show').value !== 'w3d' && withoutPicture < PICTURE_S)
+    return;
   const missing = await Scene.missing();
   setText('no-scene', missing);
   element('no-scene').hidden = missing === '';
@@ -610,6 +615,7 @@ buildToolbar();
 element('show').value = new URLSearchParams(location.search).get('mode') === 'w3d' ? 'w3d' : 'mjpeg';
 sayAll();
 whenBack(offerScene);
+element('address').addEventListener('toggle', offerScene);
 element('extend').addEventListener('click', () => session?.extend());
 document.addEventListener('visibilitychange', setHidden);
 element('start-in-3d').addEventListener('click', startInScene);

@@ -1,5 +1,6 @@
 #include "unit_test.hpp"
 
+#include "core/classes/class_limits.hpp"
 #include "core/classes/class_messages.hpp"
 #include "core/simulation/editable_files.hpp"
 #include "core/text.hpp"
@@ -133,7 +134,7 @@ BOOST_AUTO_TEST_CASE(anything_else_is_not_understood)
         BOOST_TEST((refusal_of(text) == ClassError::message), text);
     BOOST_TEST((refusal_of(std::string(100, '[')) == ClassError::message));
     BOOST_TEST(
-        (refusal_of(concat(R"({"picture":")", std::string(16 * 1024, 'A'), "\"}")) == ClassError::message));
+        (refusal_of(concat(R"({"picture":")", std::string(class_limits::message, 'A'), "\"}")) == ClassError::message));
 }
 
 BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
