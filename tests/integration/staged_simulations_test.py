@@ -54,7 +54,7 @@ class Staged(unittest.IsolatedAsyncioTestCase):
                 await browser.hear("webots:")
                 self.assertEqual([text for text in browser.told if text.startswith("loading:")], [])
                 self.assertTrue(is_alive(before))
-                [mine] = [row for row in rows(simulation) if row["process"] == before]
+                [mine] = [row for row in rows(simulation) if row.get("process") == before]
                 self.assertEqual(mine["state"], "idle")
                 self.assertEqual(figure(simulation, "webots_staged_taken_total"), 1)
                 [after] = wait_until_ready(simulation, 1, before)
