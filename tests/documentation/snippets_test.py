@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/*/README.md")]
 PROGRAMS = ("webots-session-server", "webots-simulation-server", "webots-process-guard", "webots-website-host", "webots-demo-simulator")
 # Options of other programs that sentences name alone: of git, docker, Slurm, Kubernetes; and properties of style sheets.
-OF_OTHERS = {"--depth", "--device", "--security-opt", "--no-healthcheck", "--clusters", "--max-graceful-termination-sec",
+OF_OTHERS = {"--protocol", "--ip-address", "--robot-name", "--depth", "--device", "--security-opt", "--no-healthcheck", "--clusters", "--max-graceful-termination-sec",
              "--webots-accent", "--webots-line", "--webots-panel", "--webots-text"}
 ENDS_OF_COMMANDS = {"|", "||", "&&", ";", "&"}
 # What sentences show that is no setting: keys of messages, and what the Python servers took. docs/protocol.md has more of them.

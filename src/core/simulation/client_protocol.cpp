@@ -155,12 +155,6 @@ ClientMessage parse_client_message(std::string_view text)
         return MalformedMessage{"a message must be a JSON object"};
     if (auto const* reset = object->if_contains("reset controller"))
         return read_reset_controller(*reset);
-    if (auto const* read = object->if_contains("read"))
-        return read_read(*read, false);
-    if (auto const* original = object->if_contains("original"))
-        return read_read(*original, true);
-    if (auto const* write = object->if_contains("write"))
-        return read_write(*write);
     if (auto const* reconnect = object->if_contains("reconnect"))
         return read_reconnect(*reconnect);
     if (auto const* extend = object->if_contains("extend"))
@@ -169,6 +163,12 @@ ClientMessage parse_client_message(std::string_view text)
         return read_init(*init, *object);
     if (auto const* start = object->if_contains("start"))
         return read_start(*start);
+    if (auto const* read = object->if_contains("read"))
+        return read_read(*read, false);
+    if (auto const* original = object->if_contains("original"))
+        return read_read(*original, true);
+    if (auto const* write = object->if_contains("write"))
+        return read_write(*write);
     return UnknownMessage{};
 }
 

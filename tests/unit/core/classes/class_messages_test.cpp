@@ -133,8 +133,8 @@ BOOST_AUTO_TEST_CASE(anything_else_is_not_understood)
           R"({"join":{"code":5,"name":"Ada"}})", "{\"join\":{\"code\":\"K7M2Q\",\"name\":\"\xc3\x28\"}}"})
         BOOST_TEST((refusal_of(text) == ClassError::message), text);
     BOOST_TEST((refusal_of(std::string(100, '[')) == ClassError::message));
-    BOOST_TEST(
-        (refusal_of(concat(R"({"picture":")", std::string(class_limits::message, 'A'), "\"}")) == ClassError::message));
+    BOOST_TEST((refusal_of(concat(R"({"picture":")", std::string(class_limits::message, 'A'), "\"}")) ==
+                ClassError::message));
 }
 
 BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
