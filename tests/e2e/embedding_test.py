@@ -54,7 +54,7 @@ class Embedding(unittest.TestCase):
 
     def message(self):
         return self.browser.execute_script(
-            "return document.querySelector('webots-view > div').shadowRoot.querySelector('.message').innerText")
+            "return document.querySelector('webots-view > div').shadowRoot.querySelector('.said').innerText")
 
     def await_state(self, state):
         wait_until(lambda: self.tell("return view.state") == state, lambda: f"{state}: {self.tell('return view.state')}, "
