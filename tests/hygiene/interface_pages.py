@@ -55,7 +55,7 @@ def messages():
     programs = source("core/simulation/editable_files.cpp")
     return {
         "What browsers say on `/client`": written(client, r'object->if_contains\("([\w ]+)"\)'),
-        "Members of `start`": written(client, r'start->if_contains\("(\w+)"\)', r'is_true\(\*start, "(\w+)"\)') |
+        "Members of `start`": written(client, r'start->if_contains\("(\w+)"\)', r'\{"(\w+)", &StartMessage::') |
                               written(relay, r'(?:is_true|text_of)\(members, "(\w+)"\)'),
         "What browsers are told on `/client`": written(client, r'return concat\("([\w ]+:)') | written(header, r'_(?:message|promise|prefix) = "([^" ]+)') |
                                                written(waiting, r'return concat\("(\w+:)') | written(programs, r'return concat\("(\w+:)'),

@@ -143,7 +143,7 @@ class FindPackage(PackagingTest):
         strong = {line.split(" ", 2)[2] for line in symbols.splitlines() if line.split(" ", 2)[1] in "TDBR"}
         self.assertIn("webots_cloud::version()", strong)
         self.assertTrue(any(name.startswith("webots_cloud::Scheduler::place(") for name in strong))
-        declared = re.compile(r"(?:(?:typeinfo|typeinfo name|vtable|VTT|construction vtable) for )?webots_cloud::(?!(?:core|async|adapters|app|web)::)")
+        declared = re.compile(r"(?:(?:typeinfo|typeinfo name|vtable|VTT|construction vtable) for |non-virtual thunk to )?webots_cloud::(?!(?:core|async|adapters|app|web)::)")
         self.assertEqual([name for name in strong if not declared.match(name)], [])
 
     def link_by_pkg_config(self, package, compiler=None):

@@ -13,6 +13,7 @@
 #include <boost/json/serialize.hpp>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -29,6 +30,23 @@ bool is_true(json::object const& object, std::string_view key)
     return value && value->is_bool() && value->get_bool();
 }
 
+/// Members of `start` that say what its page can do.
+struct StartFlag
+{
+    std::string_view key;
+    bool StartMessage::*member;
+};
+
+constexpr std::array<StartFlag, 7> start_flags{{
+    {"reconnect", &StartMessage::can_return},
+    {"heartbeat", &StartMessage::wants_heartbeat},
+    {"extend", &StartMessage::can_extend},
+    {"fetch_only", &StartMessage::fetch_only},
+    {"relayed", &StartMessage::relayed},
+    {"reasons", &StartMessage::wants_reasons},
+    {"edit", &StartMessage::has_editor},
+}};
+
 ClientMessage read_start(json::value const& value)
 {
     auto const* start = value.if_object();
@@ -44,13 +62,15 @@ ClientMessage read_start(json::value const& value)
             return MalformedMessage{"the \"mode\" of \"start\" must be a string"};
         message.mode = mode->get_string();
     }
-    message.can_return = is_true(*start, "reconnect");
-    message.wants_heartbeat = is_true(*start, "heartbeat");
-    message.can_extend = is_true(*start, "extend");
-    message.fetch_only = is_true(*start, "fetch_only");
-    message.relayed = is_true(*start, "relayed");
-    message.wants_reasons = is_true(*start, "reasons");
-    message.has_editor = is_true(*start, "edit");
+    for (auto const& member : *start) {
+        auto const* const is_true = member.value().if_bool();
+        auto const flag = is_true && *is_true
+                              ? std::find_if(start_flags.begin(), start_flags.end(),
+                                             [&member](auto const& row) { return row.key == member.key(); })
+                              : start_flags.end();
+        if (flag != start_flags.end())
+            message.*flag->member = true;
+    }
     return SimulationRequest(std::move(message));
 }
 
