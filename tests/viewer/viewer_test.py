@@ -467,9 +467,9 @@ class Layout(ViewerTest):
         self.addCleanup(browser.resize, self.driver, 1280, 800)
         self.run_simulation()
         browser.resize(self.driver, 700, 800)
-        self.wait(lambda: sum(c.startswith("resize: ") for c in self.cloud.controls) == 2, "a second size")
+        self.wait(lambda: self.driver.execute_script("return document.getElementById('screen').clientWidth") == 700, "the new size")
         size = self.driver.execute_script("const s = document.getElementById('screen'); return `${s.clientWidth}x${s.clientHeight}`")
-        self.assertEqual(self.cloud.controls[-1], f"resize: {size}")
+        self.wait(lambda: self.cloud.controls[-1] == f"resize: {size}", "the simulator is told")
 
     def test_the_page_causes_no_complaint_in_the_browsers_console(self):
         self.cloud.defaults = {}
