@@ -30,6 +30,23 @@ std::string file_text(json::object const& object)
     return concat("file: ", json::serialize(object));
 }
 
+/// The names in `controller "NAME"`, wherever they stand.
+std::set<std::string, std::less<>> controllers_of(std::string_view world)
+{
+    constexpr std::string_view field = "controller";
+    std::set<std::string, std::less<>> names;
+    for (auto at = world.find(field); at != std::string_view::npos; at = world.find(field, at)) {
+        at += field.size();
+        auto const begin = world.find_first_not_of(" \t\r\n", at);
+        if (begin == std::string_view::npos || world[begin] != '"')
+            continue; // `controllerArgs`, for instance
+        auto const end = world.find('"', begin + 1);
+        if (end != std::string_view::npos)
+            names.emplace(world.substr(begin + 1, end - begin - 1));
+    }
+    return names;
+}
+
 } // namespace
 
 bool is_editable_text(std::string_view text) noexcept
@@ -47,7 +64,7 @@ bool is_editable_name(std::string_view file)
            std::all_of(parts.begin(), parts.end(), is_safe_file_name);
 }
 
-EditableFiles::EditableFiles(Texts originals)
+EditableFiles::EditableFiles(Texts originals, std::string_view world) : used_(controllers_of(world))
 {
     for (auto& [name, text] : originals) {
         if (texts_.size() == most_editable)
@@ -63,8 +80,10 @@ EditableFiles::EditableFiles(Texts originals)
 std::string EditableFiles::list_message() const
 {
     json::array list;
-    for (auto const& [name, file] : texts_)
-        list.push_back({{"path", name}, {"changed", file.is_new || file.text != file.original}});
+    for (bool const used : {true, false})
+        for (auto const& [name, file] : texts_)
+            if (is_used(name) == used)
+                list.push_back({{"path", name}, {"changed", file.is_new || file.text != file.original}});
     return concat("files: ", json::serialize(list));
 }
 
@@ -74,6 +93,11 @@ result<std::string> EditableFiles::read(std::string_view file, bool original) co
     if (found == texts_.end())
         return refused(Refused::no_file, {{"file", printable(file, longest_name)}});
     return original ? found->second.original : found->second.text;
+}
+
+bool EditableFiles::is_used(std::string_view file) const
+{
+    return used_.contains(file.substr(0, file.find('/')));
 }
 
 bool EditableFiles::has_folder_of(std::string_view file) const

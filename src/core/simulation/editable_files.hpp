@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -34,8 +35,9 @@ public:
     /// File names, relative to `controllers/`, and texts.
     using Texts = std::map<std::string, std::string, std::less<>>;
 
-    /// Leaves out what is no editable text, and what is beyond `most_editable`.
-    explicit EditableFiles(Texts originals);
+    /// Leaves out what is no editable text, and what is beyond `most_editable`. `world`: the text of the
+    /// world file, whose robots' controllers come first in the list.
+    EditableFiles(Texts originals, std::string_view world);
 
     bool empty() const noexcept { return texts_.empty(); }
 
@@ -69,7 +71,10 @@ private:
 
     bool has_folder_of(std::string_view file) const;
 
+    bool is_used(std::string_view file) const;
+
     std::map<std::string, File, std::less<>> texts_;
+    std::set<std::string, std::less<>> used_;     ///< Controllers that the world names.
     TimePoint tokens_full_at_ = TimePoint::min(); ///< When the page may save as often as ever at once.
 };
 

@@ -550,7 +550,10 @@ asio::awaitable<void> SimulationSession::read_programs()
     if (found)
         for (auto& [name, text] : *found)
             texts.emplace(std::move(name), std::move(text));
-    programs_.emplace(std::move(texts));
+    std::vector<std::string> world{project_->world.lexically_relative(project_->root).generic_string()};
+    auto const read = co_await files->read(project_->root, std::move(world));
+    auto const text = read ? read->front().value_or(std::string()) : std::string();
+    programs_.emplace(std::move(texts), text);
 }
 
 /// Sends the page that can show them what there is to change.

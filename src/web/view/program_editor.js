@@ -46,7 +46,8 @@ export class ProgramEditor {
     const paths = [...new Set([...this.#programs.list.map(({ path }) => path), ...this.#drafts.keys()])];
     this.#files.replaceChildren(...paths.map((path) => make('option', { value: path, textContent: path })));
     this.#files.hidden = paths.length < 2;
-    const first = this.#kept.paths.find((path) => paths.includes(path)) ?? paths[0];
+    // The server tells of the world's own controllers first.
+    const first = this.#kept.paths.find((path) => paths.includes(path)) ?? paths.find(isMainFile) ?? paths[0];
     if (!paths.includes(this.#path) && first !== undefined)
       this.open(first);
   }
@@ -265,3 +266,6 @@ export class ProgramEditor {
 function make(name, properties = {}) {
   return Object.assign(document.createElement(name), properties);
 }
+
+// As `drive/drive.py`.
+const isMainFile = (path) => /^([^/]+)\/\1\.\w+$/.test(path);

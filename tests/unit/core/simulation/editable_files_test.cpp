@@ -13,7 +13,7 @@ namespace {
 
 EditableFiles two_programs()
 {
-    return EditableFiles({{"drive/drive.py", "go\n"}, {"turn/turn.c", "turn"}});
+    return EditableFiles({{"drive/drive.py", "go\n"}, {"turn/turn.c", "turn"}}, "");
 }
 
 } // namespace
@@ -25,7 +25,8 @@ BOOST_AUTO_TEST_CASE(what_is_no_text_or_too_large_is_not_shown)
                                {"a/nul.py", std::string(1, '\0')},
                                {"a/escape.py", "\x1b[2J"},
                                {"a/large.py", std::string(largest_editable + 1, ' ')},
-                               {"a.py", "in no folder of a controller"}});
+                               {"a.py", "in no folder of a controller"}},
+                              "");
     BOOST_TEST(files.list_message() == R"(files: [{"path":"a/a.py","changed":false}])");
 }
 
@@ -34,12 +35,22 @@ BOOST_AUTO_TEST_CASE(not_more_files_are_shown_than_fit_into_a_message)
     EditableFiles::Texts texts;
     for (std::size_t i = 0; i < 2 * most_editable; ++i)
         texts.emplace("a/" + std::to_string(1'000 + i) + std::string(180, '\\'), "");
-    BOOST_TEST(EditableFiles(texts).empty()); // a backslash could do harm
+    BOOST_TEST(EditableFiles(texts, "").empty()); // a backslash could do harm
     texts.clear();
     for (std::size_t i = 0; i < 2 * most_editable; ++i)
         texts.emplace("a/" + std::to_string(1'000 + i) + std::string(180, '"'), "");
-    BOOST_TEST(EditableFiles(texts).list_message().size() < 64u * 1024);
+    BOOST_TEST(EditableFiles(texts, "").list_message().size() < 64u * 1024);
     BOOST_TEST(file_message("a/a.py", std::string(largest_editable, '"'), false).size() < 64u * 1024);
+}
+
+BOOST_AUTO_TEST_CASE(the_controllers_of_the_world_come_first)
+{
+    EditableFiles const files(
+        {{"exit/exit.py", ""}, {"move/map.py", ""}, {"move/move.py", ""}, {"walls/walls.py", ""}},
+        "Robot { controller  \"move\" controllerArgs [ \"exit\" ] } DEF controller \"");
+    BOOST_TEST(files.list_message() ==
+               R"(files: [{"path":"move/map.py","changed":false},{"path":"move/move.py","changed":false},)"
+               R"({"path":"exit/exit.py","changed":false},{"path":"walls/walls.py","changed":false}])");
 }
 
 BOOST_AUTO_TEST_CASE(a_text_is_read_as_it_is_now_and_as_it_was)
