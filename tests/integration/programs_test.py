@@ -128,7 +128,7 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             self.assertEqual((await self.ask(browser, read="drive/drive.py"))["text"], "mine")
             self.assertTrue((await self.save(browser, "drive/drive.py", "again"))["saved"])
             self.assertEqual(self.content(simulation, "drive/drive.py"), "again")
-            os.symlink(self.outside, os.path.join(drive, ".webots_cloud-new"))
+            os.symlink(self.outside, os.path.join(drive, ".webots_cloud-reset"))
             self.assertTrue((await self.save(browser, "drive/drive.py", "third"))["saved"])
             shutil.rmtree(drive)
             os.symlink(self.folder, drive)  # a folder that leads elsewhere

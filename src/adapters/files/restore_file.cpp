@@ -58,25 +58,6 @@ result<> copy_bytes(int from, int to)
     }
 }
 
-/// Writes beside the file first: a simulator that reads it meanwhile sees the old one or the new one.
-result<> replace(int folder, std::string const& name, int pristine, mode_t mode)
-{
-    constexpr auto beside = ".webots_cloud-reset";
-    ::unlinkat(folder, beside, 0);
-    FileDescriptor const copy(
-        ::openat(folder, beside, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
-    if (!copy)
-        return disk_failure();
-    auto copied = copy_bytes(pristine, copy.get());
-    if (copied)
-        give_as(folder, copy.get());
-    if (copied && (::fchmod(copy.get(), mode) != 0 || ::renameat(folder, beside, folder, name.c_str()) != 0))
-        copied = disk_failure();
-    if (!copied)
-        ::unlinkat(folder, beside, 0);
-    return copied;
-}
-
 } // namespace
 
 result<> restore_file(std::filesystem::path const& from, std::filesystem::path const& to,
@@ -94,7 +75,28 @@ result<> restore_file(std::filesystem::path const& from, std::filesystem::path c
     auto const target = folder_of(to, parts, true);
     if (!target)
         return target.error();
-    return replace(target->get(), name, pristine.get(), (status.st_mode & 0777) | also);
+    return replace_file(target->get(), name, (status.st_mode & 0777) | also,
+                        [&pristine](int copy) { return copy_bytes(pristine.get(), copy); });
+}
+
+/// Writes beside the file first: a simulator that reads it meanwhile sees the old one or the new one.
+result<> replace_file(int folder, std::string const& name, mode_t mode,
+                      std::function<result<>(int file)> const& fill)
+{
+    constexpr auto beside = ".webots_cloud-reset";
+    ::unlinkat(folder, beside, 0);
+    FileDescriptor const copy(
+        ::openat(folder, beside, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+    if (!copy)
+        return disk_failure();
+    auto filled = fill(copy.get());
+    if (filled)
+        give_as(folder, copy.get());
+    if (filled && (::fchmod(copy.get(), mode) != 0 || ::renameat(folder, beside, folder, name.c_str()) != 0))
+        filled = disk_failure();
+    if (!filled)
+        ::unlinkat(folder, beside, 0);
+    return filled;
 }
 
 } // namespace webots_cloud::adapters

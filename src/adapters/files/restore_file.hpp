@@ -4,6 +4,7 @@
 #include <webots_cloud/error.hpp>
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include <sys/types.h>
@@ -17,5 +18,12 @@ namespace webots_cloud::adapters {
 /// there. Errors: `not_found`: the project has no such file; `unavailable`.
 result<> restore_file(std::filesystem::path const& from, std::filesystem::path const& to,
                       std::string const& file, mode_t also = 0);
+
+/// Makes the file `name` of an open folder anew, in one step, with this mode and for the folder's owner, as
+/// where simulations run as users of their own. `fill` writes it, beside the old one. Blocks. Never through a
+/// link, and nothing but the new file changes its owner, whatever a simulation does in the folder meanwhile.
+/// Errors: those of `fill`; `unavailable`.
+result<> replace_file(int folder, std::string const& name, mode_t mode,
+                      std::function<result<>(int file)> const& fill);
 
 } // namespace webots_cloud::adapters

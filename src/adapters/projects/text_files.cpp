@@ -1,4 +1,5 @@
 #include "adapters/files/project_files.hpp"
+#include "adapters/files/restore_file.hpp"
 #include "adapters/threads/blocking_pool.hpp"
 #include "core/refusals.hpp"
 #include "core/text.hpp"
@@ -66,32 +67,14 @@ mode_t mode_at(Place const& place)
     return is_file ? status.st_mode : 0;
 }
 
-/// Where simulations run as users of their own, a project is its user's. What can't be given away stays ours,
-/// and can be read.
-void give_to_owner_of(int folder, char const* name)
-{
-    struct stat status;
-    if (::fstat(folder, &status) == 0 && status.st_uid != ::geteuid())
-        (void)!::fchownat(folder, name, status.st_uid, status.st_gid, AT_SYMLINK_NOFOLLOW);
-}
-
-/// Beside it first, then over it in one step: what was there may be a link, or read by somebody.
+/// What was there may be a link, or read by somebody.
 result<> write_text(fs::path const& root, TextFile const& file)
 {
     auto const place = find_place(root, file.name);
     if (!place)
         return place.error();
-    constexpr auto beside = ".webots_cloud-new";
-    int const folder = place->folder.get();
-    ::unlinkat(folder, beside, 0);
-    auto written = adapters::write_file(folder, beside, file.text, 0644 | (mode_at(*place) & 0111));
-    if (written)
-        give_to_owner_of(folder, beside);
-    if (written && ::renameat(folder, beside, folder, place->name.c_str()) != 0)
-        written = adapters::disk_failure();
-    if (!written)
-        ::unlinkat(folder, beside, 0);
-    return written;
+    return adapters::replace_file(place->folder.get(), place->name, 0644 | (mode_at(*place) & 0111),
+                                  [&file](int to) { return adapters::write_all(to, file.text); });
 }
 
 struct CloseFolder

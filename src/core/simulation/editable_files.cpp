@@ -20,6 +20,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t longest_name = 200;
+constexpr std::size_t most_scanned = 1 << 20; // bytes of a world: strangers write larger ones
 
 // A person saves every few seconds; what an editor saves by itself may come in a burst.
 constexpr Duration between_saves = std::chrono::milliseconds(500);
@@ -34,6 +35,7 @@ std::string file_text(json::object const& object)
 std::set<std::string, std::less<>> controllers_of(std::string_view world)
 {
     constexpr std::string_view field = "controller";
+    world = world.substr(0, most_scanned);
     std::set<std::string, std::less<>> names;
     for (auto at = world.find(field); at != std::string_view::npos; at = world.find(field, at)) {
         at += field.size();

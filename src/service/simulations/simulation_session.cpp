@@ -552,8 +552,8 @@ asio::awaitable<void> SimulationSession::read_programs()
             texts.emplace(std::move(name), std::move(text));
     std::vector<std::string> world{project_->world.lexically_relative(project_->root).generic_string()};
     auto const read = co_await files->read(project_->root, std::move(world));
-    auto const text = read ? read->front().value_or(std::string()) : std::string();
-    programs_.emplace(std::move(texts), text);
+    bool const is_there = read && read->front();
+    programs_.emplace(std::move(texts), is_there ? std::string_view(*read->front()) : std::string_view());
 }
 
 /// Sends the page that can show them what there is to change.
