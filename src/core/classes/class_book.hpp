@@ -9,7 +9,7 @@
 #include "core/access/password_guesses.hpp"
 #include "core/access/silent_clients.hpp"
 #include "core/access/token_buckets.hpp"
-#include "pace.hpp"
+#include "core/pace.hpp"
 
 #include <webots_cloud/time.hpp>
 

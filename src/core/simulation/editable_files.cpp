@@ -111,10 +111,8 @@ bool EditableFiles::has_folder_of(std::string_view file) const
 
 result<> EditableFiles::may_save(std::string_view file, std::string_view text, TimePoint now)
 {
-    auto const full_at = std::max(tokens_full_at_, now) + between_saves;
-    if (full_at - now > between_saves * saves_at_once)
+    if (!saves_.take(now, between_saves, saves_at_once))
         return refused(Refused::saved_too_often);
-    tokens_full_at_ = full_at;
     if (!is_editable_name(file) || !has_folder_of(file))
         return refused(Refused::no_file, {{"file", printable(file, longest_name)}});
     if (text.size() > largest_editable)

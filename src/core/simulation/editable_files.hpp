@@ -1,6 +1,8 @@
 // The programs of one simulation that its page may read and change (protocol section 13.19).
 #pragma once
 
+#include "core/pace.hpp"
+
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/time.hpp>
 
@@ -74,8 +76,8 @@ private:
     bool is_used(std::string_view file) const;
 
     std::map<std::string, File, std::less<>> texts_;
-    std::set<std::string, std::less<>> used_;     ///< Controllers that the world names.
-    TimePoint tokens_full_at_ = TimePoint::min(); ///< When the page may save as often as ever at once.
+    std::set<std::string, std::less<>> used_; ///< Controllers that the world names.
+    Pace saves_;
 };
 
 /// What the page is told of one file: `file: {"path":"drive/drive.py","text":"..."}`, with `original` instead
