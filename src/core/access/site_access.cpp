@@ -174,8 +174,16 @@ bool SiteAccess::is_own_name(std::string_view name) const
 
 bool SiteAccess::knows_host(std::string_view host) const
 {
-    if (host.empty())
+    if (host.empty() || host == last_known_host_)
         return true;
+    if (!is_known_host(host))
+        return false;
+    last_known_host_ = host;
+    return true;
+}
+
+bool SiteAccess::is_known_host(std::string_view host) const
+{
     auto const parsed = parse_host(host);
     return parsed &&
            (is_address(*parsed) || parsed->reach == Reach::this_machine || is_own_name(parsed->name) ||
@@ -184,8 +192,18 @@ bool SiteAccess::knows_host(std::string_view host) const
 
 bool SiteAccess::accepts_origin(std::string_view origin, std::string_view host) const
 {
-    if (any_origin_ || origin.empty())
+    if (any_origin_ || origin.empty() ||
+        (origin == last_accepted_page_.origin && host == last_accepted_page_.host))
         return true;
+    if (!is_accepted_page(origin, host))
+        return false;
+    last_accepted_page_.origin = origin;
+    last_accepted_page_.host = host;
+    return true;
+}
+
+bool SiteAccess::is_accepted_page(std::string_view origin, std::string_view host) const
+{
     auto const text = comparable(origin);
     bool const is_listed = std::any_of(origins_.begin(), origins_.end(),
                                        [&](std::string const& pattern) { return matches(text, pattern); });

@@ -33,7 +33,7 @@ bool is_origin_pattern(std::string_view text);
 ///
 /// Protects against DNS rebinding, where a hostile site points its own name to the address of this machine: a
 /// foreign name in `Host` reveals such a page. An address as `Host` is always accepted, since no site
-/// can own one.
+/// can own one. One thread at a time: even questions remember.
 class SiteAccess
 {
 public:
@@ -70,13 +70,25 @@ public:
     std::string frame_ancestors() const;
 
 private:
+    /// A page that was accepted, as its request said it.
+    struct Page
+    {
+        std::string origin, host;
+    };
+
     bool is_own_name(std::string_view name) const;
+    bool is_known_host(std::string_view host) const;
+    bool is_accepted_page(std::string_view origin, std::string_view host) const;
 
     Reach reach_ = Reach::everybody;
     bool any_origin_ = true;
     bool any_private_name_ = false;    ///< This machine may have names of its network that nobody listed.
     std::vector<std::string> names_;   ///< Without ports, in lower case.
     std::vector<std::string> origins_; ///< In lower case, without default ports.
+
+    // Nearly all requests of a site say the same, letter for letter: what was accepted last is not parsed again.
+    mutable std::string last_known_host_;
+    mutable Page last_accepted_page_;
 };
 
 } // namespace webots_cloud::core

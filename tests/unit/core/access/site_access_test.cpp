@@ -49,6 +49,20 @@ BOOST_AUTO_TEST_CASE(a_rebound_name_is_not_ours)
         BOOST_TEST(!access.knows_host(host), host);
 }
 
+BOOST_AUTO_TEST_CASE(what_was_accepted_before_lets_nothing_else_in)
+{
+    auto const access = local({"pc7"});
+    for (int i = 0; i < 2; ++i) {
+        BOOST_TEST(access.knows_host("pc7:2000"));
+        BOOST_TEST(!access.knows_host("pc7:2000.evil.example"));
+        BOOST_TEST(!access.knows_host("evil.example"));
+        BOOST_TEST(access.accepts_origin("http://10.0.0.7:2000", "10.0.0.7:2000")); // its own page
+        BOOST_TEST(!access.accepts_origin("http://10.0.0.7:2000", "pc7:2000"));
+        BOOST_TEST(!access.accepts_origin("http://10.0.0.8:2000", "10.0.0.7:2000"));
+        BOOST_TEST(!access.accepts_origin("https://evil.example", "10.0.0.7:2000"));
+    }
+}
+
 BOOST_AUTO_TEST_CASE(a_server_without_a_name_has_every_name_of_its_network)
 {
     SiteAccess const access(core::reach_of("*"), {"*"}, nullptr);
