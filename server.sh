@@ -83,7 +83,6 @@ prepare()
     install_packages cmake/packages/build.txt
     install_page_libraries
     build site
-    [[ ! -e config/website_host/$name.json ]] || install_editor
     exec {lock}<&-
 }
 
@@ -136,16 +135,8 @@ END
 install_page_libraries()
 {
     [[ ! -e build/release/build.ninja ]] || command -v npm >/dev/null || return 0
-    install_node_packages src/web/view || echo "The viewer will show pictures only: npm could not install the library for 3D." >&2
+    install_node_packages src/web/view || echo "The viewer will show pictures only, and edit programs in a plain text field: npm could not install the libraries for more." >&2
     install_node_packages src/web/class || echo "Classes will have no QR code: npm could not install its library." >&2
-}
-
-# The editor in the page of the website. Nothing is lost but comfort where there is no npm, or it gets no answer.
-install_editor()
-{
-    command -v npm >/dev/null || return 0
-    npm_config_fetch_retries=0 npm_config_fetch_timeout=10000 install_node_packages examples/website_host ||
-        echo "The page of the website has a plain text field instead of an editor: npm could not install one." >&2
 }
 
 # build TARGET [NAME=VALUE]: what of it is not built yet, with that variable of CMake, showing how far it is in one line. What the tools say is

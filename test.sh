@@ -35,11 +35,10 @@ main()
         *) presets=("$@") && all=yes ;;
     esac
     install_packages cmake/packages/build.txt cmake/packages/package.txt cmake/packages/test.txt cmake/packages/docs.txt
-    install_node_packages src/web/view || echo "The tests of the 3D view will be skipped: npm could not install its library." >&2
+    install_node_packages src/web/view || echo "The tests of the 3D view and of CodeMirror will be skipped: npm could not install these libraries." >&2
     install_node_packages src/web/class || echo "The QR code of a class will not be tested: npm could not install its library." >&2
     install_node_packages tests/viewer || echo "The tests of pages that need Playwright will be skipped: npm could not install it." >&2
     install_node_packages docs/site || echo "The diagrams of the documentation will not be tested: npm could not install what draws them." >&2
-    install_node_packages examples/website_host || echo "The website's page is tested without its editor: npm could not install it." >&2
     for preset in "${presets[@]}"; do
         SECONDS=0
         test_preset "$preset" || failed=yes

@@ -11,6 +11,8 @@ if(WEBOTS_CLOUD_ESBUILD AND NOT EXISTS ${WEBOTS_CLOUD_ESBUILD}) # it was there o
 endif()
 find_program(WEBOTS_CLOUD_NODE NAMES node nodejs DOC "Program that runs esbuild")
 mark_as_advanced(WEBOTS_CLOUD_ESBUILD WEBOTS_CLOUD_NODE)
+cmake_path(GET WEBOTS_CLOUD_ESBUILD PARENT_PATH node_packages)
+cmake_path(SET WEBOTS_CLOUD_NODE_PACKAGES NORMALIZE "${node_packages}/../..") # what scripts import by name
 
 # Pages have the folder `view` in their own folder, as the servers show it to them, and modules of it find what is beside them (texts, the
 # library of 3D) by their own addresses: in a bundle by that of the page's `view`.
@@ -51,7 +53,8 @@ function(webots_cloud_bundle)
         endif()
         add_custom_command(
             OUTPUT ${BUNDLE_OUTPUT}/${entry}
-            COMMAND ${WEBOTS_CLOUD_NODE} ${WEBOTS_CLOUD_ESBUILD} ${staging}/${entry} --bundle --minify --format=esm --charset=utf8
+            COMMAND ${CMAKE_COMMAND} -E env NODE_PATH=${WEBOTS_CLOUD_NODE_PACKAGES}
+                    ${WEBOTS_CLOUD_NODE} ${WEBOTS_CLOUD_ESBUILD} ${staging}/${entry} --bundle --minify --format=esm --charset=utf8
                     --preserve-symlinks --log-level=warning --outfile=${BUNDLE_OUTPUT}/${entry} ${options}
             DEPENDS ${paths} ${WEBOTS_CLOUD_ESBUILD}
             COMMENT "Bundling ${entry}"

@@ -116,7 +116,7 @@ class Site:
                 shutil.copytree(source, target, ignore=shutil.ignore_patterns("node_modules", "*.cpp", "*.hpp"))
             else:
                 shutil.copy(source, target)
-        for name in ("src/web/view", "src/web/class", "examples/website_host"):  # what npm would install is there
+        for name in ("src/web/view", "src/web/class"):  # what npm would install is there
             for place in (name, f"build/node/{name}"):
                 os.makedirs(os.path.join(self.folder, place), exist_ok=True)
                 shutil.copy(os.path.join(ROOT, name, "package-lock.json"), os.path.join(self.folder, place))

@@ -165,7 +165,6 @@ Configuration read(json::value const& value)
     configuration.key_file = reader.required_text("keyFile");
     configuration.users_folder = reader.required_text("usersDir");
     configuration.page_folder = reader.text("pageDir", "examples/website_host/page");
-    configuration.modules_folder = reader.text("modulesDir", "build/node/examples/website_host/node_modules");
     configuration.hint = reader.text("hint", {});
     auto const users = reader.list("users");
     for (std::size_t i = 0; i < users.size(); ++i)

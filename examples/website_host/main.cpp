@@ -101,11 +101,6 @@ int run(Configuration configuration, Page page, std::string key)
     if (auto const confined = webots_cloud::confine_to_files(files); !confined)
         std::cout << "This server is not confined to its files: " << confined.error().message() << '.'
                   << std::endl;
-    if (!page.has_editor())
-        std::cout << "The page has no editor but a plain text field, because CodeMirror is not in "
-                  << webots_cloud::terminal_text(configuration.modules_folder.string())
-                  << ": server.sh has npm put it there." << std::endl;
-
     auto const log = webots_cloud::make_logger(webots_cloud::LogParams()); // on standard output
     if (!log)
         return complain(log.error().message());
@@ -148,7 +143,7 @@ int main(int argc, char** argv)
         return complain(configuration.error().message());
     if (auto const done = move_ports(*configuration, moved); !done)
         return complain(done.error().message());
-    auto page = Page::load(configuration->page_folder, configuration->modules_folder);
+    auto page = Page::load(configuration->page_folder);
     if (!page)
         return complain(page.error().message());
     if (only_check) {

@@ -1,4 +1,4 @@
-// The page and the modules of its editor, kept in memory.
+// The page, kept in memory.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -15,14 +15,10 @@ namespace website_host {
 class Page
 {
 public:
-    /// Reads all files. `modules` is the folder into which npm has put CodeMirror and what it needs; where it
-    /// is missing, the page has a plain text field.
+    /// Reads all files.
     ///
-    /// Errors: `invalid_config`, naming the file of the page that can't be read.
-    static webots_cloud::result<Page> load(std::filesystem::path const& folder,
-                                           std::filesystem::path const& modules);
-
-    bool has_editor() const noexcept { return !modules_.empty(); }
+    /// Errors: `invalid_config`, naming the file that can't be read.
+    static webots_cloud::result<Page> load(std::filesystem::path const& folder);
 
     /// The page itself. `session_server` is the only other place that scripts come from.
     webots_cloud::HttpResponse html(std::string_view session_server) const;
@@ -34,7 +30,6 @@ private:
     Page() = default;
 
     std::string html_;
-    std::map<std::string, std::string> modules_; ///< Paths on this server, by the names that scripts import.
     std::map<std::string, std::shared_ptr<webots_cloud::SharedBody const>, std::less<>> files_; ///< By path.
 };
 

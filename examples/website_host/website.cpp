@@ -295,7 +295,6 @@ HttpResponse Website::site(Request const& request) const
 {
     json::object site;
     site["sessionServer"] = configuration_.session_server;
-    site["hasEditor"] = page_.has_editor();
     site["hint"] = configuration_.hint;
     auto& projects = site["projects"].emplace_array();
     for (auto const& project : configuration_.projects)

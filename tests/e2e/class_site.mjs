@@ -42,7 +42,7 @@ export async function startWebsite({ folder, server }) {
   await mkdir(home);
   const port = await freePort();
   const config = { port, sessionServer: server.replace('http', 'ws'), keyFile: 'key/localhost', usersDir: 'user',
-    pageDir: join(PROJECTS, 'website_host/page'), modulesDir: '/nonexistent', users: [], projects: [{ name: 'robots', world: 'arena.wbt', controller: 'avoid_walls' }] };
+    pageDir: join(PROJECTS, 'website_host/page'), users: [], projects: [{ name: 'robots', world: 'arena.wbt', controller: 'avoid_walls' }] };
   const path = join(home, 'website.json');
   await writeFile(path, JSON.stringify(config));
   const child = spawn(join(process.env.WEBOTS_CLOUD_BIN, 'webots-website-host'), [path], { cwd: home, stdio: 'ignore' });

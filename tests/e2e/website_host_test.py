@@ -21,7 +21,7 @@ try:
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-pil)") or 77)
 
-MODULES = os.path.join(SOURCE, "build", "node", "examples", "website_host", "node_modules")
+CODE_MIRROR = os.path.join(SOURCE, "build", "node", "src", "web", "view", "node_modules", "@codemirror")  # the pages are built with it
 FILE = "robots/controllers/avoid_walls/avoid_walls.py"
 
 # Everything that the page says and hears on WebSockets: ["open" | "sent" | "heard" | "closed", address, text].
@@ -92,7 +92,8 @@ class Page:
               field.setSelectionRange(field.value.indexOf(old), field.value.indexOf(old) + old.length);
               return;
             }
-            const line = [...document.querySelectorAll('.cm-line')].find((each) => each.textContent.includes(old));
+            const editor = document.querySelector('#editor .code-mirror').shadowRoot;
+            const line = [...editor.querySelectorAll('.cm-line')].find((each) => each.textContent.includes(old));
             line.closest('.cm-content').focus();
             const walker = document.createTreeWalker(line, NodeFilter.SHOW_TEXT);
             const at = line.textContent.indexOf(old);
@@ -117,7 +118,7 @@ class SecondDiagram(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         session_port = free_port()
-        cls.website = cls.enterClassContext(WebsiteHost(f"ws://localhost:{session_port}", MODULES))
+        cls.website = cls.enterClassContext(WebsiteHost(f"ws://localhost:{session_port}"))
         cls.simulation = cls.enterClassContext(SimulationServer(projectsDir=os.path.abspath(EXAMPLES), keyDir=cls.website.keys))
         # How busy this machine is, nobody knows: no other one is as busy as that.
         cls.overloaded = cls.enterClassContext(Machine(load="5000.0"))
@@ -284,19 +285,15 @@ class SecondDiagram(unittest.TestCase):
                 self.assertEqual(browser.execute_script("return document.documentElement.scrollWidth"), width)
                 self.assertFalse(accessibility_findings(browser))
 
-    def test_the_editor_is_codemirror_and_without_it_there_is_a_text_field(self):
+    def test_the_editor_is_that_of_the_session_server(self):
         with open_browser(1280, 900) as browser:
             page = Page(browser, self.website)
             page.await_text("availability", "A machine is free.")
-            if os.path.isdir(MODULES):
-                self.assertTrue(browser.find_elements("css selector", "#editor .cm-editor"), console_messages(browser))
-                self.assertFalse(page.element("plain").is_displayed())
-                self.assertFalse(accessibility_findings(browser))
-            with WebsiteHost(self.website.config["sessionServer"]) as website:
-                page = Page(browser, website)
-                page.await_text("plain", "CodeMirror is not installed")
-                self.assertEqual(len(browser.find_elements("css selector", "#editor textarea")), 1)
-                self.assertFalse(accessibility_findings(browser))
+            has_code_mirror = os.path.isdir(CODE_MIRROR)
+            self.assertEqual(len(browser.find_elements("css selector", "#editor .code-mirror")), has_code_mirror, console_messages(browser))
+            self.assertEqual(len(browser.find_elements("css selector", "#editor textarea")), not has_code_mirror)
+            self.assertEqual(page.element("plain").is_displayed(), not has_code_mirror)
+            self.assertFalse(accessibility_findings(browser))
             self.assertEqual(console_messages(browser, "SEVERE"), [])
 
     def test_a_wrong_password_and_a_session_server_that_is_gone_are_said(self):

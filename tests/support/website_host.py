@@ -32,13 +32,13 @@ WITHOUT_LEAK_CHECK = {"ASAN_OPTIONS": "detect_leaks=0"}
 
 
 class WebsiteHost:
-    """On a free port of the loopback, in a folder of its own. `modules`: where npm has put the editor."""
+    """On a free port of the loopback, in a folder of its own."""
 
-    def __init__(self, session_server="ws://localhost:1", modules="/nonexistent", **config):
+    def __init__(self, session_server="ws://localhost:1", **config):
         self.port = free_port()
         self.origin = f"http://localhost:{self.port}"
         self.config = {"port": self.port, "sessionServer": session_server, "keyFile": "key/localhost", "usersDir": "user",
-                       "pageDir": os.path.join(SOURCE, "examples", "website_host", "page"), "modulesDir": modules,
+                       "pageDir": os.path.join(SOURCE, "examples", "website_host", "page"),
                        "users": [ADA, BOB], "projects": PROJECTS, **config}
 
     def __enter__(self):

@@ -1,21 +1,60 @@
 // The editor for programs beside the simulation, against fake servers.
 
 import assert from 'node:assert/strict';
+import { existsSync } from 'node:fs';
+import { createRequire } from 'node:module';
 import { test } from 'node:test';
-import { until } from './page.mjs';
+import { fileURLToPath } from 'node:url';
+import { accessibilityFindings, until } from './page.mjs';
 import { PHONE, cloud, openViewer, runSimulation, state } from './viewer_page.mjs';
 
 const PROGRAM = 'from controller import Robot\nrobot = Robot()\nwhile robot.step(32) != -1:\n    pass\n';
-const TEXT = '#programs textarea';
+const PACKAGES = fileURLToPath(new URL('../../build/node/src/web/view/node_modules', import.meta.url)); // installed by ./test.sh
 const saved = async (path) => (await cloud.get('saved'))[path];
 const said = (page) => page.locator('#programs .said').textContent();
 
-async function openEditor(t, options) {
+// The fake servers show scripts as they are, and so have no CodeMirror: it is bundled here, as cmake/bundle.cmake does.
+function bundleOfCodeMirror() {
+  const { buildSync } = createRequire(`${PACKAGES}/`)('esbuild');
+  const { outputFiles: [{ text }] } = buildSync({
+    entryPoints: [fileURLToPath(new URL('../../src/web/view/code_mirror.js', import.meta.url))],
+    bundle: true, format: 'esm', minify: true, write: false, nodePaths: [PACKAGES],
+  });
+  return text;
+}
+
+const EDITORS = [{
+  name: 'text field',
+  element: '#programs textarea',
+  text: (page) => page.inputValue('#programs textarea'),
+  wrong: '#programs .numbers .wrong',
+  wrongText: '3',
+}];
+if (existsSync(`${PACKAGES}/@codemirror`)) {
+  const body = bundleOfCodeMirror();
+  EDITORS.push({
+    name: 'CodeMirror',
+    element: '#programs .cm-content',
+    text: async (page) => (await page.locator('#programs .cm-line').allTextContents()).join('\n'),
+    wrong: '#programs .cm-wrong',
+    wrongText: 'while robot.step(32) != -1:',
+    prepare: (page) => page.route('**/view/code_mirror.js', (route) => route.fulfill({ contentType: 'text/javascript', body })),
+  });
+} else {
+  test('CodeMirror', { skip: 'npm has not installed it' }, () => {});
+}
+
+async function openEditor(t, editor, options) {
   await cloud.set('programs', { 'drive/drive.py': PROGRAM, 'drive/map.py': 'MAP = 1\n' });
-  const page = await runSimulation(t, options);
+  const page = await runSimulation(t, options, editor.prepare);
   await page.click('#show-code');
-  await page.waitForFunction(([selector, text]) => document.querySelector(selector)?.value === text, [TEXT, PROGRAM]);
+  await has(page, editor, PROGRAM);
   return page;
+}
+
+async function has(page, editor, text) {
+  await page.waitForSelector(editor.element);
+  await until(async () => await editor.text(page) === text, 'the text');
 }
 
 test('nothing of the editor is loaded or shown where there is nothing to change', async (t) => {
@@ -25,12 +64,17 @@ test('nothing of the editor is loaded or shown where there is nothing to change'
   assert.equal(JSON.parse((await cloud.get('started'))[0]).start.edit, true);
 });
 
-test('a program is changed, saved with Ctrl+S, and run from the beginning', async (t) => {
-  const page = await openEditor(t);
-  assert.equal(await page.inputValue(TEXT), PROGRAM);
-  assert.equal(await page.locator('#programs .numbers span').count(), 5);
-  await page.fill(TEXT, 'print("mine")\n');
-  await page.focus(TEXT);
+// With each editor that there can be.
+function each(name, body) {
+  for (const editor of EDITORS)
+    test(`${editor.name}: ${name}`, (t) => body(t, editor));
+}
+
+each('a program is changed, saved with Ctrl+S, and run from the beginning', async (t, editor) => {
+  const page = await openEditor(t, editor);
+  assert.equal(await editor.text(page), PROGRAM);
+  await page.fill(editor.element, 'print("mine")\n');
+  await page.focus(editor.element);
   await page.keyboard.press('Control+s');
   await until(async () => await saved('drive/drive.py') === 'print("mine")\n', 'the program');
   const last = async () => (await cloud.get('controls')).slice(-2).map((text) => text.split(':')[0]).join();
@@ -39,28 +83,28 @@ test('a program is changed, saved with Ctrl+S, and run from the beginning', asyn
   assert.equal(await said(page), 'Your program runs.');
 });
 
-test('what cannot be saved is said, and the simulation does not begin anew', async (t) => {
+each('what cannot be saved is said, and the simulation does not begin anew', async (t, editor) => {
   await cloud.set('save_error', 'The disk is full.');
-  const page = await openEditor(t);
-  await page.fill(TEXT, 'x');
+  const page = await openEditor(t, editor);
+  await page.fill(editor.element, 'x');
   await page.click('#programs .primary');
   await until(async () => await said(page) === 'The disk is full.', 'the sentence');
   assert.equal((await cloud.get('controls')).includes('reset'), false);
 });
 
-test('Python\u2019s complaint is marked at its line', async (t) => {
-  const page = await openEditor(t);
+each('Python\u2019s complaint is marked at its line', async (t, editor) => {
+  const page = await openEditor(t, editor);
   await cloud.call('send', 'simulator', 'stderr:  File "/tmp/instance/project/controllers/drive/drive.py", line 3, in <module>');
-  await page.waitForSelector('#programs .numbers .wrong');
-  assert.equal(await page.locator('#programs .numbers .wrong').textContent(), '3');
+  await page.waitForSelector(editor.wrong);
+  assert.equal(await page.locator(editor.wrong).textContent(), editor.wrongText);
   assert.equal(await said(page), 'There is a mistake in drive.py, line 3: see the console.');
   await page.click('#programs .primary');
-  await until(async () => await page.locator('#programs .numbers .wrong').count() === 0, 'a new try');
+  await until(async () => await page.locator(editor.wrong).count() === 0, 'a new try');
 });
 
-test('what was written is there at the next start, also of another page, and can be undone', async (t) => {
-  const page = await openEditor(t);
-  await page.fill(TEXT, 'print("kept")\n');
+each('what was written is there at the next start, also of another page, and can be undone', async (t, editor) => {
+  const page = await openEditor(t, editor);
+  await page.fill(editor.element, 'print("kept")\n');
   await page.waitForFunction(() => (localStorage.getItem('webots-cloud.programs') ?? '').includes('kept'));
   await page.click('#quit');
   await state(page, 'idle');
@@ -69,49 +113,62 @@ test('what was written is there at the next start, also of another page, and can
   await page.click('#start');
   await state(page, 'running');
   await page.click('#show-code');
-  await page.waitForFunction((selector) => document.querySelector(selector)?.value === 'print("kept")\n', TEXT);
+  await has(page, editor, 'print("kept")\n');
   assert.match(await said(page), /^This is what you wrote last time, kept/);
   assert.equal(await saved('drive/drive.py'), undefined); // before Run the simulation has the project's
   page.on('dialog', (dialog) => dialog.accept());
   await page.click('#programs button:text("Undo everything")');
-  await page.waitForFunction(([selector, text]) => document.querySelector(selector)?.value === text, [TEXT, PROGRAM]);
+  await has(page, editor, PROGRAM);
   assert.equal(await page.evaluate(() => localStorage.getItem('webots-cloud.programs')), '{}');
 });
 
-test('keys are those of an editor, and none of them traps people', async (t) => {
-  const page = await openEditor(t);
-  await page.fill(TEXT, 'if x:');
-  await page.focus(TEXT);
+each('keys are those of an editor, and none of them traps people', async (t, editor) => {
+  const page = await openEditor(t, editor);
+  await page.fill(editor.element, 'if x:');
+  await page.focus(editor.element);
   await page.keyboard.press('End');
   await page.keyboard.press('Enter');
   await page.keyboard.type('y');
-  assert.equal(await page.inputValue(TEXT), 'if x:\n    y');
+  assert.equal(await editor.text(page), 'if x:\n    y');
   await page.keyboard.press('Enter');
   await page.keyboard.press('Shift+Tab');
   await page.keyboard.press('Tab');
-  assert.equal(await page.inputValue(TEXT), 'if x:\n    y\n    ');
+  assert.equal(await editor.text(page), 'if x:\n    y\n    ');
   await page.keyboard.press('Escape');
   await page.keyboard.press('Tab');
-  assert.equal(await page.evaluate((selector) => document.activeElement === document.querySelector(selector), TEXT), false);
+  assert.equal(await page.locator(editor.element).evaluate((element) => element.getRootNode().activeElement === element), false);
 });
 
-test('the editor is beside the picture on a large screen, and below it on a telephone', async (t) => {
+each('the editor is beside the picture on a large screen, and below it on a telephone', async (t, editor) => {
   const box = (page, selector) => page.locator(selector).evaluate((element) => element.getBoundingClientRect().toJSON());
   for (const [options, isBeside] of [[{ viewport: { width: 1280, height: 720 } }, true], [PHONE, false]]) {
-    const page = await openEditor(t, options);
-    const [picture, editor] = [await box(page, '#screen'), await box(page, '#programs')];
-    assert.equal(editor.left >= picture.right - 1, isBeside);
-    assert.equal(editor.top >= picture.bottom - 1, !isBeside);
-    assert.ok(editor.width >= 320 && (await box(page, TEXT)).height >= 150, JSON.stringify(editor));
+    const page = await openEditor(t, editor, options);
+    const [picture, panel] = [await box(page, '#screen'), await box(page, '#programs')];
+    assert.equal(panel.left >= picture.right - 1, isBeside);
+    assert.equal(panel.top >= picture.bottom - 1, !isBeside);
+    assert.ok(panel.width >= 320 && (await box(page, editor.element)).height >= 150, JSON.stringify(panel));
+    assert.deepEqual(await accessibilityFindings(page), []);
     await cloud.renew();
   }
 });
 
-test('a page that cannot be reached any more closes the editor, and keeps what was written', async (t) => {
-  const page = await openEditor(t);
-  await page.fill(TEXT, 'print("kept")\n');
+each('a page that cannot be reached any more closes the editor, and keeps what was written', async (t, editor) => {
+  const page = await openEditor(t, editor);
+  await page.fill(editor.element, 'print("kept")\n');
   await page.waitForFunction(() => (localStorage.getItem('webots-cloud.programs') ?? '').includes('kept'));
   await page.click('#quit');
   await state(page, 'idle');
   assert.equal(await page.locator('#programs').isHidden(), true);
+});
+
+test('CodeMirror searches in the language of the page', { skip: EDITORS.length < 2 }, async (t) => {
+  const page = await openEditor(t, EDITORS[1], { locale: 'de-DE' });
+  await page.focus('#programs .cm-content');
+  await page.keyboard.press('Control+f');
+  await page.waitForSelector('#programs .cm-search');
+  assert.equal(await page.locator('#programs .cm-search input[name=search]').getAttribute('placeholder'), 'Suchen');
+  await page.keyboard.type('robot.step');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('#programs .cm-searchMatch');
+  assert.deepEqual(await accessibilityFindings(page), []);
 });

@@ -209,7 +209,7 @@ async function startSite() {
   const projects = [{ name: 'robots', world: 'arena.wbt', controller: 'avoid_walls', title: 'Robots in an arena' }];
   const users = [{ id: 1, name: 'Demo', email: 'demo@localhost', password: 'demo' }];
   await start('webots-website-host', website, { sessionServer: `ws://localhost:${session}`, keyFile: join(folder, 'key/localhost'), usersDir: join(folder, 'user'),
-    pageDir: root('examples/website_host/page'), modulesDir: root('build/node/examples/website_host/node_modules'), users, projects,
+    pageDir: root('examples/website_host/page'), users, projects,
     hint: 'Demonstration: demo@localhost, password demo' });
   await until(() => fetch(`http://localhost:${website}/site.json`).then(() => true, () => false), 'the website'); // It makes the key.
   await start('webots-simulation-server', simulation, { ...common, ...FORGES, notify: [], sandbox: 'none', simulationUser: 'none',

@@ -13,8 +13,10 @@ export const cloud = new FakeCloud();
 after(() => cloud.close());
 beforeEach(() => cloud.renew());
 
-export async function openViewer(t, options) {
+// `prepare(page)` is called before the page is loaded.
+export async function openViewer(t, options, prepare = () => {}) {
   const page = await openPage(t, browser, options);
+  await prepare(page);
   await page.goto(`${await cloud.get('page')}?url=${WORLD}`);
   await state(page, 'idle');
   await page.waitForSelector('body:not([data-availability="unknown"])');
@@ -27,8 +29,8 @@ export async function enterAddress(page, address) {
   await page.fill('#connect-to', address);
 }
 
-export async function runSimulation(t, options) {
-  const page = await openViewer(t, options);
+export async function runSimulation(t, options, prepare) {
+  const page = await openViewer(t, options, prepare);
   await page.click('#start');
   await state(page, 'running');
   await page.waitForSelector('#picture[data-live]');

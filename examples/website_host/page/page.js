@@ -1,6 +1,4 @@
-// The page: shows a simulation, and lets who has signed in change its controller.
-
-import { createEditor } from './editor.js';
+// The page: shows a simulation, and lets who has signed in change its controller. View and editor come from the session server.
 
 const element = (id) => document.getElementById(id);
 const say = (text, isProblem = false) => {
@@ -20,11 +18,6 @@ let changed = false; // since the file was saved
 
 async function main() {
   site = await getSite();
-  editor = await createEditor(element('editor'), site.hasEditor, () => {
-    changed = true;
-    refresh();
-  });
-  element('plain').hidden = !editor.isPlain;
   for (const { name, title } of site.projects)
     element('project').append(new Option(title, name));
   element('hint').textContent = site.hint;
@@ -50,14 +43,18 @@ async function getSite() {
   return response.json();
 }
 
-// The class that shows simulations comes from the session server.
+// What shows simulations and what edits text are those of the session server's own pages.
 async function loadView() {
   const folder = `${site.sessionServer.replace(/^ws/, 'http')}/view`;
   try {
-    const modules = ['webots_view.js', 'availability.js', 'poster.js', 'texts.js'].map((name) => import(`${folder}/${name}`));
-    const [{ View }, { Availability, siteText }, { showPoster }, { loadTexts }] = await Promise.all(modules);
+    const modules = ['webots_view.js', 'availability.js', 'poster.js', 'texts.js', 'text_editor.js'].map((name) => import(`${folder}/${name}`));
+    const [{ View }, { Availability, siteText }, { showPoster }, { loadTexts }, { createTextEditor }] = await Promise.all(modules);
     await loadTexts();
     showPoster(element('poster'));
+    editor = await createTextEditor({ change: edited });
+    editor.label = 'Text of the controller';
+    element('editor').append(editor.element);
+    element('plain').hidden = !editor.isPlain;
     view = new View(element('view'), matchMedia('(pointer: coarse)').matches);
     const show = (_, state) => element('availability').textContent = siteText(state);
     new Availability(show).follow(`${site.sessionServer}/`);
@@ -72,6 +69,11 @@ async function loadView() {
   view.oncontroller = receiveFile;
   view.onstate = refresh;
   view.onclose = refresh;
+}
+
+function edited() {
+  changed = true;
+  refresh();
 }
 
 function showUser() {
@@ -120,7 +122,7 @@ function start({ detail: clicks }) {
   project = site.projects.find(({ name }) => name === element('project').value);
   files.clear();
   element('file').replaceChildren();
-  editor.text = '';
+  editor.show('', '');
   changed = false;
   say('');
   view.open(`${site.sessionServer}/${project.name}/worlds/${project.world}`, MODE);
@@ -140,7 +142,7 @@ function receiveFile({ controller, file, content }) {
 }
 
 function showFile(name) {
-  editor.text = files.get(name);
+  editor.show(files.get(name), name);
   changed = false;
   element('file').value = name;
   refresh();

@@ -1,11 +1,10 @@
-// An editor for the programs of a simulation, beside it: which file, its text with line numbers, and Run. It needs no library, so that it is
-// there at once and works without npm; its style is editor.css. Touches the DOM.
+// An editor for the programs of a simulation, beside it: which file, its text (text_editor.js), and Run; its style is editor.css. Touches the DOM.
 
 import { complaint } from './programs.js';
+import { createTextEditor } from './text_editor.js';
 import { say } from './texts.js';
 
 const KEEP_MS = 400; // after the last key
-const INDENTATION = '    ';
 
 export class ProgramEditor {
   #programs;
@@ -13,8 +12,7 @@ export class ProgramEditor {
   #run;
   #element = make('div', { className: 'program-editor' });
   #files = make('select');
-  #text = make('textarea', { spellcheck: false, wrap: 'off', autocapitalize: 'none', autocomplete: 'off' });
-  #numbers = make('div', { className: 'numbers', ariaHidden: 'true' });
+  #text; // of createTextEditor
   #status = make('p', { className: 'said' });
   #runs = make('button', { type: 'button', className: 'primary' });
   #undoes = make('button', { type: 'button' });
@@ -28,13 +26,20 @@ export class ProgramEditor {
   #saidStatus = () => '';
 
   // `kept`: KeptPrograms of the world. `run()` has the simulation begin anew.
+  static async create(programs, kept, run) {
+    const editor = new ProgramEditor(programs, kept, run);
+    editor.#text = await createTextEditor({ change: () => editor.#changed(), run: () => editor.run(), phrases });
+    editor.#build();
+    editor.sayAll();
+    editor.#offerFiles();
+    return editor;
+  }
+
+  // By create().
   constructor(programs, kept, run) {
     this.#programs = programs;
     this.#kept = kept;
     this.#run = run;
-    this.#build();
-    this.sayAll();
-    this.#offerFiles();
   }
 
   get element() { return this.#element; }
@@ -64,10 +69,9 @@ export class ProgramEditor {
     }
     if (this.#path !== path)
       return;
-    this.#text.value = this.#drafts.get(path);
+    this.#text.show(this.#drafts.get(path), path);
     this.#text.readOnly = false;
-    this.#text.scrollTo(0, 0);
-    this.#number();
+    this.#mark();
   }
 
   // What was written at an earlier start is taken up again, and said so.
@@ -86,7 +90,7 @@ export class ProgramEditor {
   async run() {
     this.#keep();
     this.#wrong.clear();
-    this.#number();
+    this.#mark();
     this.#runs.disabled = true;
     try {
       for (const [path, draft] of this.#drafts) {
@@ -147,13 +151,13 @@ export class ProgramEditor {
     this.#wrong.set(found.path, found.line);
     this.#tell(() => say('code.wrong', { file: found.path.split('/').pop(), line: found.line }), true);
     if (found.path === this.#path)
-      this.#number();
+      this.#mark();
   }
 
   // In the language of the page.
   sayAll() {
     this.#files.setAttribute('aria-label', say('code.file'));
-    this.#text.setAttribute('aria-label', say('code.text'));
+    this.#text.label = say('code.text');
     this.#runs.textContent = say('code.run');
     this.#runs.title = say('code.runKeys');
     this.#undoes.textContent = say('code.undo');
@@ -164,67 +168,17 @@ export class ProgramEditor {
   #build() {
     const head = make('div', { className: 'head' });
     head.append(this.#files, this.#runs, this.#undoes, this.#saves);
-    const body = make('div', { className: 'body' });
-    body.append(this.#numbers, this.#text);
     this.#status.setAttribute('role', 'status');
-    this.#element.append(head, body, this.#status);
+    this.#element.append(head, this.#text.element, this.#status);
     this.#files.addEventListener('change', () => this.open(this.#files.value));
     this.#runs.addEventListener('click', () => this.run());
     this.#undoes.addEventListener('click', () => this.undoAll());
     this.#saves.addEventListener('click', () => this.#download());
-    this.#text.addEventListener('input', () => this.#changed());
-    this.#text.addEventListener('scroll', () => { this.#numbers.scrollTop = this.#text.scrollTop; });
-    this.#text.addEventListener('keydown', (event) => this.#press(event));
     this.#programs.addEventListener('list', () => this.#offerFiles());
   }
 
-  // Tab indents; Escape, then Tab leaves the text, as in other editors.
-  #press(event) {
-    const { key, ctrlKey, metaKey, shiftKey } = event;
-    const escaped = this.#text.dataset.escaped !== undefined;
-    delete this.#text.dataset.escaped;
-    if ((ctrlKey || metaKey) && (key === 's' || key === 'Enter'))
-      this.run();
-    else if (key === 'Escape')
-      return void (this.#text.dataset.escaped = '');
-    else if (key === 'Tab' && !escaped)
-      this.#indent(shiftKey);
-    else if (key === 'Enter' && !ctrlKey && !metaKey)
-      this.#breakLine();
-    else
-      return;
-    event.preventDefault();
-  }
-
-  // By an edit command, so that the browser's own Undo knows of it.
-  #insert(text) {
-    if (!document.execCommand('insertText', false, text))
-      this.#text.setRangeText(text, this.#text.selectionStart, this.#text.selectionEnd, 'end');
-    this.#changed();
-  }
-
-  #breakLine() {
-    const { value, selectionStart } = this.#text;
-    const line = value.slice(value.lastIndexOf('\n', selectionStart - 1) + 1, selectionStart);
-    const [indentation] = /^[ \t]*/.exec(line);
-    this.#insert(`\n${indentation}${/:\s*(#.*)?$/.test(line) ? INDENTATION : ''}`);
-  }
-
-  #indent(back) {
-    const { value, selectionStart, selectionEnd } = this.#text;
-    const begin = value.lastIndexOf('\n', selectionStart - 1) + 1;
-    const lines = value.slice(begin, selectionEnd);
-    if (!back && !lines.includes('\n'))
-      return this.#insert(INDENTATION);
-    const moved = lines.split('\n').map((line) => (back ? line.replace(/^( {1,4}|\t)/, '') : INDENTATION + line)).join('\n');
-    this.#text.setSelectionRange(begin, selectionEnd);
-    this.#insert(moved);
-    this.#text.setSelectionRange(begin, begin + moved.length);
-  }
-
   #changed() {
-    this.#drafts.set(this.#path, this.#text.value);
-    this.#number();
+    this.#drafts.set(this.#path, this.#text.text);
     clearTimeout(this.#keeping);
     this.#keeping = setTimeout(() => this.#keep(), KEEP_MS);
   }
@@ -239,19 +193,10 @@ export class ProgramEditor {
     }
   }
 
-  #number() {
-    const count = this.#text.value.split('\n').length;
-    const wrong = this.#wrong.get(this.#path);
-    this.#numbers.replaceChildren(...Array.from({ length: count }, (_, i) => {
-      const number = make('span', { textContent: i + 1 });
-      number.classList.toggle('wrong', i + 1 === wrong);
-      return number;
-    }));
-    this.#numbers.scrollTop = this.#text.scrollTop;
-  }
+  #mark() { this.#text.mark(this.#wrong.get(this.#path) ?? null); }
 
   #download() {
-    const link = make('a', { href: URL.createObjectURL(new Blob([this.#text.value], { type: 'text/plain' })), download: this.#path.split('/').pop() });
+    const link = make('a', { href: URL.createObjectURL(new Blob([this.#text.text], { type: 'text/plain' })), download: this.#path.split('/').pop() });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href));
   }
@@ -266,6 +211,13 @@ export class ProgramEditor {
 function make(name, properties = {}) {
   return Object.assign(document.createElement(name), properties);
 }
+
+// What CodeMirror calls by its English names.
+const phrases = () => ({
+  Find: say('search.find'), Replace: say('search.with'), next: say('search.next'), previous: say('search.previous'), all: say('search.all'),
+  'match case': say('search.case'), 'by word': say('search.words'), regexp: say('search.expression'), replace: say('search.replace'),
+  'replace all': say('search.replaceAll'), close: say('search.close'), 'Go to line': say('search.line'), go: say('search.go'),
+});
 
 // As `drive/drive.py`.
 const isMainFile = (path) => /^([^/]+)\/\1\.\w+$/.test(path);

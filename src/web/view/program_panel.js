@@ -7,6 +7,7 @@ export class ProgramPanel {
   #kept;
   #run;
   #editor = null;
+  #created = null; // promises it
 
   // `session` is one whose target has `edit`; `world` is what the browser keeps programs by. offered(whether there is something to change) is
   // called when the server has told; run() has the simulation begin anew.
@@ -22,7 +23,8 @@ export class ProgramPanel {
   // The editor's element. Rejects where the editor cannot be loaded.
   async open() {
     const { ProgramEditor } = await import('./program_editor.js');
-    this.#editor ??= new ProgramEditor(this.#programs, this.#kept, this.#run);
+    this.#created ??= ProgramEditor.create(this.#programs, this.#kept, this.#run);
+    this.#editor = await this.#created;
     return this.#editor.element;
   }
 
