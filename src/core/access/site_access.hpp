@@ -86,7 +86,8 @@ private:
     std::vector<std::string> names_;   ///< Without ports, in lower case.
     std::vector<std::string> origins_; ///< In lower case, without default ports.
 
-    // Nearly all requests of a site say the same, letter for letter: what was accepted last is not parsed again.
+    // Nearly all requests of a site say the same, letter for letter: what was accepted last is not parsed
+    // again.
     mutable std::string last_known_host_;
     mutable Page last_accepted_page_;
 };
