@@ -85,6 +85,7 @@ def class_message():
     join = b'1{"join":{"code":"222222","name":"Ada"}}\n'
     yield open_class + join + b'0{"watch":true}\n1{"picture":"/9j/wAALCAB4AKABAREA"}\n1{"picture":"/9j/4AACAAEC/8I="}\n0{"code":"new"}\n1{"state":{"state":"running","time":5,"simulator":"ws://h:2001"}}\n'
     yield open_class + join + b'0{"tell":{"students":[1],"do":"message","text":"x"}}\n0{"tell":{"students":null,"do":"remove"}}\n'
+    yield open_class + b'2{"check":"K7M2QX"}\n' + join + b'1{"sign":"hand"}\n1{"state":{"state":"waiting","why":"busy","ahead":3}}\n0{"tell":{"students":null,"do":"lower"}}\n0{"world":{"world":"https://e.org/b.wbt","mode":"w3d"}}\n'
     yield open_class + b'2{"join":{"token":"02020202020202020202020202020202"}}\n1{"leave":true}\n0{"seats":5}\n0{"close":true}\n'
     yield b'3{"teach":{"key":"01010101010101010101010101010101"}}\n'
 

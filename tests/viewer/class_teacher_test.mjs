@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { existsSync } from 'node:fs';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { accessibilityFindings, until } from './page.mjs';
-import { CODE, PHONE, WORLD, address, classOf, cloud, fillForm, jpeg, openClass, openForm, press, said, says, shown, student, tell, tile, waitForSaid } from './class_page.mjs';
+import { accessibilityFindings, openPage, until } from './page.mjs';
+import { CODE, PHONE, WORLD, address, browser, classOf, cloud, fillForm, jpeg, openClass, openForm, press, said, says, shown, student, tell, tile, waitForSaid } from './class_page.mjs';
 import { Pixels } from './pixels.mjs';
 
 const DECODER = new URL('../../build/node/src/web/class/node_modules/qr/decode.js', import.meta.url); // installed by ./test.sh
@@ -54,6 +54,12 @@ test('students can come in by a link, a short code, and a QR code that has the l
   await clean(page, 'empty class');
   await page.click('#project');
   await page.waitForFunction(() => document.fullscreenElement?.id === 'invitation');
+  await tell({ student: student(1, 'Ada <b>') });
+  await tell({ student: student(2, 'Zoë') });
+  await says(page, '#here-count', 'In the class: 2');
+  assert.deepEqual(await page.locator('#here li').allTextContents(), ['Ada <b>', 'Zoë']);
+  assert.ok(await page.isVisible('#here'));
+  await says(page, '#project', 'Back to the lesson');
   await clean(page, 'projector');
   if (!existsSync(fileURLToPath(DECODER)))
     return t.diagnostic('the QR code was not tried: npm could not install its library');
@@ -63,6 +69,70 @@ test('students can come in by a link, a short code, and a QR code that has the l
   for (let i = 0; i < picture.width * picture.height; ++i)
     data.set(picture.at(i % picture.width, Math.floor(i / picture.width)), 3 * i);
   assert.equal(decode({ width: picture.width, height: picture.height, data }), link);
+});
+
+test('the link is copied where browsers have no clipboard for pages, as by http', async (t) => {
+  const page = await openPage(t, browser);
+  await page.addInitScript(() => {
+    Object.defineProperty(navigator, 'clipboard', { value: undefined });
+    document.addEventListener('copy', ({ target }) => { globalThis.copied = target.value; });
+  });
+  await cloud.set('class_answers', { teach: [{ class: await classOf() }] });
+  await page.goto(await address('#teach'));
+  await fillForm(page);
+  await page.click('#open-class');
+  await shown(page, 'lesson');
+  await page.click('#copy');
+  await says(page, '#copy', 'Copied');
+  assert.equal(await page.evaluate(() => globalThis.copied), await address(CODE));
+  await tell({ code: 'ABCDEF' });
+  await says(page, '#copy', 'Copy the link'); // it is another one
+});
+
+test('when the lesson runs, how to come in is one line, until somebody wants more', async (t) => {
+  const page = await openClass(t, { students: [student(1, 'Ada', { state: 'starting' })] });
+  assert.ok(await page.isVisible('#qr') || await page.isVisible('#class-code'));
+  const before = await page.locator('#invitation').evaluate((part) => part.offsetHeight);
+  await tell({ student: student(1, 'Ada', { state: 'running' }) });
+  await page.waitForSelector('#class-code', { state: 'hidden' });
+  await says(page, '#in-short', CODE);
+  assert.ok(await page.locator('#invitation').evaluate((part) => part.offsetHeight) < before / 3);
+  assert.equal(await page.isVisible('#preparation'), false);
+  await clean(page, 'folded');
+  await cloud.call('set_available', 'full');
+  await tell({ student: student(2, 'Bob', { state: 'waiting' }) });
+  await says(page, '#reserved', 'Students waiting: 1.');
+  assert.ok(await page.isVisible('#preparation'), 'seats can be added');
+  await page.click('#fold');
+  assert.ok(await page.isVisible('#class-code'));
+  assert.equal(await page.getAttribute('#fold', 'aria-expanded'), 'true');
+  await tell({ student: student(3, 'Cyd', { state: 'running' }) });
+  await tile(page, 3).waitFor();
+  assert.ok(await page.isVisible('#class-code'), 'it stays as the teacher wants it');
+});
+
+test('another world is chosen for all, and the machines fetch it', async (t) => {
+  const other = WORLD.replace('arena', 'maze');
+  await cloud.set('worlds', [{ url: WORLD, title: 'The arena' }, { url: other, title: 'The maze' }]);
+  const page = await openClass(t, { students: [student(1, 'Ada', { state: 'running' })] });
+  await says(page, '#fetch-status', '1 of 1');
+  await page.click('#for-all [data-do="world"]');
+  await page.fill('#another-world', 'nonsense');
+  await page.keyboard.press('Enter');
+  await says(page, '#another-problem', 'not a complete address');
+  await clean(page, 'another world');
+  await page.locator('#another-pick button').nth(1).click();
+  assert.equal(await page.inputValue('#another-world'), other);
+  await cloud.set('class_answers', { world: [{ world: { world: other, mode: 'mjpeg' } }],
+    teach: [{ class: { ...await classOf([student(1, 'Ada')]), world: other } }] });
+  await page.click('#another .primary');
+  assert.deepEqual(await waitForSaid('world'), { world: other, mode: 'mjpeg' });
+  await until(async () => (await said('teach')).at(-1).key === 'key-of-the-teacher', 'new tickets for the machines');
+  await until(async () => (await cloud.get('started')).some((text) => JSON.parse(text).start.url === other), 'the fetching');
+  assert.equal(await page.textContent('#class-world'), other);
+  await page.click('#for-all [data-do="world"]');
+  await page.keyboard.press('Escape');
+  assert.equal((await said('world')).length, 1);
 });
 
 test('without the QR library the link and the code are there, and no error', async (t) => {
@@ -112,7 +182,7 @@ test('machines that cannot fetch the project are named with the reason, and are 
   assert.equal(await page.locator('#fetch-faults li').count(), 1);
 });
 
-test('the wall has a tile for each student, sorted by name, with state and time in words', async (t) => {
+test('the wall has a tile for each student, with state and time in words; who needs somebody comes first', async (t) => {
   const simulator = await cloud.call('address', 'simulator');
   const page = await openClass(t, { students: [student(1, 'Grace', { state: 'running', time: 61000, simulator }), student(2, 'Ada', { state: 'waiting' })] });
   assert.deepEqual(await names(page), ['Ada', 'Grace']);
@@ -120,14 +190,14 @@ test('the wall has a tile for each student, sorted by name, with state and time 
   await tell({ student: student(4, 'Bob 9', { state: 'lost' }) });
   await tell({ student: student(5, 'Zoë', { state: 'away' }) });
   await until(async () => (await names(page)).length === 5, 'five tiles');
-  assert.deepEqual(await names(page), ['Ada', 'Bob <i>10</i>', 'Bob 9', 'Grace', 'Zoë'].sort((a, b) => a.localeCompare(b, 'en', { numeric: true })));
+  assert.deepEqual(await names(page), ['Bob 9', 'Zoë', 'Ada', 'Bob <i>10</i>', 'Grace']);
   assert.equal(await tile(page, 1).locator('.time').textContent(), '0:01:01');
   for (const [id, words] of Object.entries({ 1: 'Running', 2: 'Waiting for a seat', 3: 'Joined', 4: 'Simulation not responding', 5: 'No connection' }))
     assert.equal(await tile(page, id).locator('.words').textContent(), words);
   // Those who need somebody stand out by more than a colour.
   const border = (id) => tile(page, id).evaluate((item) => getComputedStyle(item).borderTopStyle);
   assert.deepEqual(await Promise.all([1, 2, 3, 4, 5].map(border)), ['solid', 'dashed', 'solid', 'dashed', 'dashed']);
-  await says(page, '#summary', '5 students: 1 × Running, 1 × Waiting for a seat');
+  await says(page, '#summary', '5 students: 1 running, 1 waiting for a seat, 1 not responding, 1 without a connection, and 1 about to start');
   await tell({ picture: { id: 1, jpeg: await jpeg(page, 'rgb(200 30 30)') } });
   await tell({ picture: { id: 2, jpeg: 'bm9uc2Vuc2U=' } });
   await page.waitForSelector('#wall [data-student="1"][data-pictured]');
@@ -141,6 +211,52 @@ test('the wall has a tile for each student, sorted by name, with state and time 
   await until(async () => (await names(page)).length === 4, 'one less');
   await page.selectOption('#language', 'fr');
   await says(page, '[data-student="1"] .words', 'En pause');
+});
+
+test('hands come first, who is done last; nothing moves under a pointer', async (t) => {
+  const page = await openClass(t, { students: [student(1, 'Ada', { state: 'running' }), student(2, 'Bob', { state: 'running' }), student(3, 'Cyd', { state: 'lost' })] });
+  assert.deepEqual(await names(page), ['Cyd', 'Ada', 'Bob']);
+  await tell({ student: student(2, 'Bob', { state: 'running', sign: 'hand' }) });
+  await tell({ student: student(1, 'Ada', { state: 'running', sign: 'done' }) });
+  await says(page, '[data-student="1"] .sign', 'Done');
+  await says(page, '[data-student="2"] .sign', 'Hand raised');
+  assert.deepEqual(await names(page), ['Bob', 'Cyd', 'Ada']);
+  await says(page, '#summary', '3 students: 2 running and 1 not responding · 1 with a raised hand and 1 done');
+  await clean(page, 'signs');
+  await press(page, 2, 'lower');
+  await waitForSaid('tell', (each) => each.do === 'lower' && each.students[0] === 2);
+  await tell({ student: student(2, 'Bob', { state: 'running' }) });
+  await page.waitForSelector('[data-student="2"] .sign', { state: 'hidden' });
+  assert.deepEqual(await names(page), ['Bob', 'Cyd', 'Ada'], 'the pointer is there');
+  assert.equal(await page.evaluate(() => document.activeElement.closest('.tile')?.dataset.student), '2');
+  await until(async () => (await names(page)).join() === 'Cyd,Bob,Ada', 'the order, when it has rested');
+});
+
+test('a tile says why its student waits, and why a simulation has ended', async (t) => {
+  const page = await openClass(t, { students: [student(1, 'Ada', { state: 'waiting', why: 'busy', ahead: 2 })] });
+  const why = (id, text) => page.waitForFunction(([number, wanted]) => document.querySelector(`[data-student="${number}"] .why`)?.textContent === wanted, [id, text]);
+  await why(1, 'No. 3 in line. The machines are busy: a start may have to wait.');
+  await tell({ student: student(1, 'Ada', { state: 'waiting', why: 'suitable' }) });
+  await why(1, 'No machine that can run this world is free.');
+  await tell({ student: student(1, 'Ada', { state: 'waiting', why: 'later-page' }) });
+  await why(1, '');
+  await tell({ student: student(1, 'Ada', { state: 'waiting', why: 'Too <b>many</b> were asked for.' }) });
+  await why(1, 'Too <b>many</b> were asked for.');
+  await tell({ student: student(1, 'Ada', { state: 'ended', why: 'The <b>world</b> is too large.' }) });
+  await why(1, 'The <b>world</b> is too large.');
+  await clean(page, 'why');
+});
+
+test('those whose simulation has ended are started again, one or all', async (t) => {
+  const page = await openClass(t, { students: [student(1, 'Ada', { state: 'running' }), student(2, 'Bob', { state: 'running' })] });
+  const all = page.locator('#for-all [data-do="start"]');
+  assert.ok(await all.isDisabled());
+  await tell({ student: student(2, 'Bob', { state: 'ended' }) });
+  await says(page, '[data-student="2"] .toggle', 'Start again');
+  await tile(page, 2).locator('.toggle').click();
+  await all.click();
+  await until(async () => (await said('tell')).length === 2, 'two messages');
+  assert.deepEqual(await said('tell'), [{ students: [2], do: 'start' }, { students: null, do: 'start' }]);
 });
 
 test('in every language the form and the lesson fit on a telephone, without scrolling sideways', async (t) => {

@@ -40,10 +40,38 @@ test('two doors; a code as people type it leads to the name', async (t) => {
   await clean(page, 'name');
 });
 
+test('a code is checked before a name is asked for', async (t) => {
+  await cloud.set('class_answers', { check: [{ error: 'code', text: 'for programs' }] });
+  const page = await openPage(t, browser, PHONE);
+  await page.goto(await address('222222'));
+  await shown(page, 'doors');
+  await says(page, '#code-problem', 'no class with this code');
+  assert.equal(await page.inputValue('#code'), '222222');
+  await clean(page, 'wrong code');
+  await cloud.set('class_answers', {});
+  await page.fill('#code', CODE);
+  await page.keyboard.press('Enter');
+  await shown(page, 'name');
+  assert.deepEqual(await said('check'), ['222222', CODE]);
+  assert.deepEqual(await said('join'), []);
+});
+
+test('a server that checks no codes asks for the name at once, and refuses the code then', async (t) => {
+  await cloud.set('class_answers', { check: [{ error: 'message', text: '' }], join: [{ error: 'code', text: '' }] });
+  const page = await openPage(t, browser);
+  await page.goto(await address(CODE));
+  await shown(page, 'name');
+  await page.fill('#name', 'Ada');
+  await page.click('#join');
+  await shown(page, 'doors');
+  await says(page, '#code-problem', 'no class with this code');
+});
+
 test('what the class refuses is said in words, and can be tried again', async (t) => {
   const page = await openPage(t, browser);
   await page.goto(await address(CODE));
-  for (const [error, words] of Object.entries({ code: 'no class with this code', full: 'full', name: 'another name', tries: 'Too many wrong attempts' })) {
+  await shown(page, 'name');
+  for (const [error, words] of Object.entries({ full: 'full', name: 'another name', tries: 'Too many wrong attempts' })) {
     await cloud.set('class_answers', { join: [{ error, text: 'for programs' }] });
     await page.fill('#name', 'Ada');
     await page.click('#join');
@@ -89,6 +117,78 @@ test('the teacher pauses, runs, resets, says something and ends it', async (t) =
   await clean(page, 'ended');
   await page.click('#again');
   await state(page, 'running');
+});
+
+test('whose simulation is over starts again for the teacher, who disturbs nobody else', async (t) => {
+  const page = await runSimulation(t);
+  const started = async () => (await cloud.get('started')).length;
+  await tell({ do: 'start' });
+  await tell({ do: 'end' });
+  await state(page, 'ended');
+  assert.equal(await started(), 1, 'what ran went on');
+  await tell({ do: 'start' });
+  await state(page, 'running');
+  assert.equal(await started(), 2);
+  assert.equal(await page.isVisible('#again'), false);
+});
+
+test('another world takes the place of the first one, also after a loss of the connection and after a reload', async (t) => {
+  const other = WORLD.replace('arena', 'maze');
+  const third = WORLD.replace('arena', 'third');
+  await cloud.set('keeps', true);
+  await cloud.set('launch', ['reconnectToken: abc', `webots:${await cloud.call('address', 'simulator')}`]);
+  const page = await runSimulation(t);
+  const urls = async () => (await cloud.get('started')).map((text) => JSON.parse(text).start?.url ?? 'returns');
+  await tell({ world: { world: other, mode: 'mjpeg' } });
+  await until(async () => (await urls()).length === 2, 'the second world');
+  await state(page, 'running');
+  await until(async () => await cloud.get('leases') === 1, 'the end of the first one');
+  await cloud.set('class_answers', { join: [{ joined: { ...JOINED, world: third } }] });
+  await cloud.call('drop', 'class');
+  await until(async () => (await urls()).length === 3, 'the third world');
+  await state(page, 'running');
+  await page.reload();
+  await until(async () => (await urls()).length === 4, 'the same simulation');
+  await cloud.set('class_answers', { join: [{ joined: { ...JOINED, world: WORLD } }] });
+  await state(page, 'running');
+  await page.reload();
+  await until(async () => (await urls()).length === 5, 'the first world again');
+  assert.deepEqual(await urls(), [WORLD, other, third, 'returns', WORLD]);
+});
+
+test('a student raises a hand, or is done, and sees what the teacher sees', async (t) => {
+  const page = await runSimulation(t, PHONE);
+  const pressed = () => page.locator('#signs button').evaluateAll((all) => all.map((each) => each.getAttribute('aria-pressed')));
+  await page.click('[data-sign="hand"]');
+  assert.equal(await waitForSaid('sign'), 'hand');
+  assert.deepEqual(await pressed(), ['false', 'false'], 'not before the class has it');
+  await tell({ sign: 'hand' });
+  await page.waitForSelector('[data-sign="hand"][aria-pressed="true"]');
+  await clean(page, 'hand');
+  await page.click('[data-sign="done"]');
+  await waitForSaid('sign', (sign) => sign === 'done');
+  await tell({ sign: 'done' });
+  await page.waitForSelector('[data-sign="hand"][aria-pressed="false"]');
+  await page.click('[data-sign="done"]');
+  await waitForSaid('sign', (sign) => sign === 'none');
+  await tell({ sign: 'none' });
+  await page.waitForSelector('[data-sign="done"][aria-pressed="false"]');
+  await cloud.set('class_answers', { join: [{ joined: { ...JOINED, sign: 'hand' } }] });
+  await page.reload();
+  await page.waitForSelector('[data-sign="hand"][aria-pressed="true"]');
+});
+
+test('why a simulation does not start is told to the teacher in the words of the page', async (t) => {
+  await cloud.set('launch', ['loading: Error: the world is too large.']);
+  const page = await join(t);
+  await page.getByText('The world is too large.').first().waitFor();
+  await cloud.call('close', 'simulation', 1000);
+  await state(page, 'ended');
+  await waitForSaid('state', (each) => each.state === 'ended' && each.why === 'The world is too large.');
+  await cloud.set('launch', null);
+  await page.click('#again');
+  await state(page, 'running');
+  assert.equal((await waitForSaid('state', (each) => each.state === 'running')).why, undefined);
 });
 
 test('the teacher reads the program, and gives another one, which is in the editor then', async (t) => {
@@ -183,8 +283,10 @@ test('when every seat is taken it waits, and starts by itself when one is free',
   for (const [site, text] of [['full', 'Every seat is taken.'], ['busy', 'The machines are busy'], ['down', 'No machine is running.']]) {
     await cloud.call('set_available', site);
     await says(page, '#waiting-why', text);
+    await waitForSaid('state', (each) => each.state === 'waiting' && each.why === site);
   }
-  await waitForSaid('state', (each) => each.state === 'waiting');
+  await cloud.call('set_available', '1'); // for others, perhaps
+  await says(page, '#waiting-why', 'No machine is free.');
   await clean(page, 'waiting');
   assert.equal(await page.isVisible('#simulation'), false);
   await cloud.set('reason', 'too-fast');
@@ -214,9 +316,11 @@ test('where the session server keeps a line, it waits there as a student of the 
   assert.equal(await page.isVisible('#simulation'), false);
   await clean(page, 'in line');
   await says(page, '#waiting-why', 'Every seat is taken.');
+  await waitForSaid('state', (each) => each.why === 'full' && each.ahead === 3);
   await cloud.call('move', 2, '-', '- busy'); // then that would not be true
   await says(page, '#place', 'You are number 3 in line. The machines are busy: a start may have to wait.');
   assert.equal(await page.textContent('#waiting-why'), '');
+  await waitForSaid('state', (each) => each.why === 'busy' && each.ahead === 2);
   await cloud.set('place', [3, 60, 240]);
   await page.reload();
   await says(page, '#place', 'You are number 4 in line.');
@@ -272,6 +376,7 @@ test('the end of the class ends the simulation; the end of the server does not',
   const page = await runSimulation(t, LANDSCAPE);
   await tell({ closed: 'removed' });
   await shown(page, 'over');
+  await says(page, '#over-title', 'You are no longer in the class');
   await says(page, '#over-text', 'removed you');
   await clean(page, 'over');
   await until(async () => await cloud.get('leases') === 0, 'the end of the lease');

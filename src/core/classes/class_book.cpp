@@ -26,13 +26,17 @@ struct ClassBook::Student
     std::string seat_token;
     StudentState state = StudentState::joined;
     std::int64_t time = 0;
-    std::string simulator;          ///< As `simulator_entry` has it; empty: none.
+    std::string simulator; ///< As `simulator_entry` has it; empty: none.
+    std::string why;       ///< As its page says.
+    std::optional<std::int64_t> ahead;
+    StudentSign sign = StudentSign::none;
     StudentMachine machine;         ///< That the class gave.
     bool has_seat = false;          ///< One that was held.
     bool program_wanted = false;    ///< A teacher has asked for it.
     ClassConnection connection = 0; ///< 0: it is lost.
     TimePoint lost_at{};
     Pace states;
+    Pace signs;
     Pace pictures;
     Pace seats;
     Pace held_seats;
@@ -44,6 +48,11 @@ struct ClassBook::Student
         row.name = name;
         row.state = connection == 0 ? StudentState::away : state;
         row.time = time;
+        row.sign = sign;
+        if (connection != 0) {
+            row.why = why;
+            row.ahead = ahead;
+        }
         return row;
     }
 };
@@ -264,6 +273,24 @@ void ClassBook::obey(ClassConnection from, SetSeats const& message, TimePoint)
     share_free_seats();
 }
 
+/// What was the task is not any more, and everybody may start, whoever has started often.
+void ClassBook::obey(ClassConnection from, ChangeWorld const& message, TimePoint)
+{
+    auto* const of = class_of_teacher(from);
+    if (!of)
+        return;
+    of->world = message.world;
+    of->mode = message.mode;
+    auto const text = world_message(of->world, of->mode);
+    tell_teachers(*of, text);
+    for (auto& [id, student] : of->students) {
+        student.held_seats = Pace();
+        lower(*of, student);
+        if (student.connection != 0)
+            say(student.connection, text);
+    }
+}
+
 void ClassBook::obey(ClassConnection from, WatchPictures const& message, TimePoint)
 {
     auto* const of = class_of_teacher(from);
@@ -296,7 +323,11 @@ void ClassBook::obey(ClassConnection from, TellStudents const& message, TimePoin
             forget_student(*of, id);
             if (connection != 0)
                 close(connection, class_closed_message(ClassEnd::removed), normal);
+        } else if (message.action == ClassAction::lower) {
+            lower(*of, found->second);
         } else if (connection != 0) {
+            if (message.action == ClassAction::start)
+                found->second.held_seats = Pace();
             found->second.program_wanted |= message.action == ClassAction::program;
             say(connection, text);
         }
@@ -320,21 +351,18 @@ void ClassBook::obey(ClassConnection from, CloseClass const&, TimePoint)
         end_class(*of, ClassEnd::teacher);
 }
 
+void ClassBook::obey(ClassConnection from, CheckCode const& message, TimePoint now)
+{
+    if (auto const* const of = class_to_join(from, message.code, now))
+        say(from, checked_message(of->code));
+}
+
 void ClassBook::obey(ClassConnection from, JoinClass const& message, TimePoint now)
 {
-    if (connections_.at(from).of)
-        return refuse(from, ClassError::message);
-    if (!may_try(codes_, from, "codes of classes", now))
+    auto* const found = class_to_join(from, message.code, now);
+    if (!found)
         return;
-    auto const found = std::find_if(classes_.begin(), classes_.end(),
-                                    [&message](auto const& each) { return each->code == message.code; });
-    if (found == classes_.end()) {
-        codes_.count_wrong(connections_.at(from).quota_key, now);
-        return refuse(from, ClassError::code);
-    }
-    auto& of = **found;
-    if (of.students.size() >= class_limits::students_per_seat * of.seats)
-        return refuse(from, ClassError::full);
+    auto& of = *found;
     if (joins_.take(connections_.at(from).quota_key, now) != TokenBuckets::Verdict::taken)
         return refuse(from, ClassError::tries);
     auto const id = ++of.last_id;
@@ -370,11 +398,25 @@ void ClassBook::obey(ClassConnection from, ReportState const& message, TimePoint
         return;
     student->state = message.state;
     student->time = message.time;
+    student->why = message.why;
+    student->ahead = message.ahead;
     bool const is_short = message.simulator.size() <= class_limits::simulator;
     student->simulator = is_short ? simulator_entry(message.simulator, student->machine) : std::string();
     if (message.state == StudentState::ended)
         release_seat(*of, *student);
     tell_teachers(*of, *student);
+}
+
+/// The page shows what it is told in answer, also where nothing has changed.
+void ClassBook::obey(ClassConnection from, ShowSign const& message, TimePoint now)
+{
+    auto const [of, student] = class_of_student(from);
+    if (!student)
+        return;
+    if (student->signs.take(now, class_limits::sign_interval, class_limits::sign_burst) &&
+        std::exchange(student->sign, message.sign) != message.sign)
+        tell_teachers(*of, *student);
+    say(from, sign_message(student->sign));
 }
 
 void ClassBook::obey(ClassConnection from, ReportPicture const& message, TimePoint now)
@@ -418,6 +460,30 @@ ClassBook::Class* ClassBook::class_of_teacher(ClassConnection from)
         return connection.of;
     refuse(from, ClassError::message);
     return nullptr;
+}
+
+/// Null: nobody can come in, and that was said.
+ClassBook::Class* ClassBook::class_to_join(ClassConnection from, std::string_view code, TimePoint now)
+{
+    auto const& connection = connections_.at(from);
+    if (connection.of) {
+        refuse(from, ClassError::message);
+        return nullptr;
+    }
+    if (!may_try(codes_, from, "codes of classes", now))
+        return nullptr;
+    auto const found = std::find_if(classes_.begin(), classes_.end(),
+                                    [code](auto const& each) { return each->code == code; });
+    if (found == classes_.end()) {
+        codes_.count_wrong(connection.quota_key, now);
+        refuse(from, ClassError::code);
+        return nullptr;
+    }
+    if ((*found)->students.size() >= class_limits::students_per_seat * (*found)->seats) {
+        refuse(from, ClassError::full);
+        return nullptr;
+    }
+    return found->get();
 }
 
 /// Null: it is no student's, and was told so.
@@ -499,6 +565,7 @@ void ClassBook::greet_student(Class& of, Student& student, ClassConnection conne
     row.name = student.name;
     row.world = of.world;
     row.mode = of.mode;
+    row.sign = student.sign;
     say(connection, joined_message(row));
     auto const before = of.terms;
     update_pictures(of);
@@ -574,6 +641,15 @@ void ClassBook::update_pictures(Class& of)
     for (auto const& [id, student] : of.students)
         if (student.connection != 0)
             say(student.connection, text);
+}
+
+void ClassBook::lower(Class& of, Student& student)
+{
+    if (std::exchange(student.sign, StudentSign::none) == StudentSign::none)
+        return;
+    tell_teachers(of, student);
+    if (student.connection != 0)
+        say(student.connection, sign_message(StudentSign::none));
 }
 
 void ClassBook::release_seat(Class& of, Student& student)

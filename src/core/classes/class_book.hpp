@@ -125,18 +125,22 @@ private:
     void obey(ClassConnection from, OpenClass const& message, TimePoint now);
     void obey(ClassConnection from, ReturnAsTeacher const& message, TimePoint now);
     void obey(ClassConnection from, SetSeats const& message, TimePoint now);
+    void obey(ClassConnection from, ChangeWorld const& message, TimePoint now);
     void obey(ClassConnection from, WatchPictures const& message, TimePoint now);
     void obey(ClassConnection from, TellStudents const& message, TimePoint now);
     void obey(ClassConnection from, RenewCode const& message, TimePoint now);
     void obey(ClassConnection from, CloseClass const& message, TimePoint now);
+    void obey(ClassConnection from, CheckCode const& message, TimePoint now);
     void obey(ClassConnection from, JoinClass const& message, TimePoint now);
     void obey(ClassConnection from, ReturnAsStudent const& message, TimePoint now);
     void obey(ClassConnection from, ReportState const& message, TimePoint now);
+    void obey(ClassConnection from, ShowSign const& message, TimePoint now);
     void obey(ClassConnection from, ReportPicture const& message, TimePoint now);
     void obey(ClassConnection from, ReportProgram const& message, TimePoint now);
     void obey(ClassConnection from, LeaveClass const& message, TimePoint now);
 
     Class* class_of_teacher(ClassConnection from);
+    Class* class_to_join(ClassConnection from, std::string_view code, TimePoint now);
     std::pair<Class*, Student*> class_of_student(ClassConnection from);
     using Tokens = std::unordered_map<std::string, std::pair<Class*, StudentId>>;
     static std::pair<Class*, Student*> find_student(Tokens const& tokens, std::string_view token);
@@ -149,6 +153,7 @@ private:
     void end_class(Class& of, ClassEnd why);
     void share_free_seats();
     void update_pictures(Class& of);
+    void lower(Class& of, Student& student);
     void release_seat(Class& of, Student& student);
     void tell_teachers(Class const& of, std::string const& text);
     void tell_teachers(Class const& of, Student const& student);

@@ -33,11 +33,19 @@ constexpr std::array<std::pair<std::string_view, StudentState>, 9> states{{
     {"away", StudentState::away},
 }};
 
-constexpr std::array<std::pair<std::string_view, ClassAction>, 8> actions{{
+constexpr std::array<std::pair<std::string_view, StudentSign>, 3> signs{{
+    {"none", StudentSign::none},
+    {"hand", StudentSign::hand},
+    {"done", StudentSign::done},
+}};
+
+constexpr std::array<std::pair<std::string_view, ClassAction>, 10> actions{{
     {"pause", ClassAction::pause},
     {"run", ClassAction::run},
     {"reset", ClassAction::reset},
     {"end", ClassAction::end},
+    {"start", ClassAction::start},
+    {"lower", ClassAction::lower},
     {"message", ClassAction::message},
     {"program", ClassAction::program},
     {"take", ClassAction::take},
@@ -99,6 +107,22 @@ std::optional<std::int64_t> read_milliseconds(json::value const* value)
     return time && *time >= 0 && *time <= max ? time : std::nullopt;
 }
 
+bool is_world(std::string_view world, std::string_view mode)
+{
+    return is_world_address(world) && (mode == "mjpeg" || mode == "w3d" || mode == "x3d");
+}
+
+ClassMessage read_world(json::object const& change)
+{
+    auto const* world = string_in(change, "world");
+    auto const* mode = string_in(change, "mode");
+    if (!world || !mode)
+        return BadClassMessage();
+    if (!is_world(*world, *mode))
+        return BadClassMessage{ClassError::world};
+    return ChangeWorld{std::string(*world), std::string(*mode)};
+}
+
 ClassMessage read_teach(json::object const& teach)
 {
     if (auto const* key = string_in(teach, "key"))
@@ -108,7 +132,7 @@ ClassMessage read_teach(json::object const& teach)
     auto const* mode = string_in(teach, "mode");
     if (!password || !world || !mode)
         return BadClassMessage();
-    if (!is_world_address(*world) || (*mode != "mjpeg" && *mode != "w3d" && *mode != "x3d"))
+    if (!is_world(*world, *mode))
         return BadClassMessage{ClassError::world};
     auto const seats = read_seats(teach.if_contains("seats"));
     if (!seats)
@@ -136,9 +160,16 @@ ClassMessage read_state(json::object const& report)
     auto const time = read_milliseconds(report.if_contains("time"));
     if (!state || *state == StudentState::away || !time)
         return BadClassMessage();
-    ReportState message{*state, *time, {}};
+    ReportState message;
+    message.state = *state;
+    message.time = *time;
     if (auto const* simulator = string_in(report, "simulator"))
         message.simulator = *simulator;
+    if (auto const* why = string_in(report, "why"))
+        message.why = line_of_person(*why, class_limits::text).value_or(std::string());
+    message.ahead = read_integer(report.if_contains("ahead"));
+    if (message.ahead && (*message.ahead < 0 || *message.ahead > class_limits::ahead))
+        message.ahead.reset();
     return message;
 }
 
@@ -199,6 +230,8 @@ ClassMessage read_value(std::string_view key, json::value const& value)
             return read_teach(*object);
         if (key == "join")
             return read_join(*object);
+        if (key == "world")
+            return read_world(*object);
         if (key == "state")
             return read_state(*object);
         if (key == "tell")
@@ -211,6 +244,10 @@ ClassMessage read_value(std::string_view key, json::value const& value)
             return ReportPicture{std::string(*text)};
         if (key == "code" && *text == "new")
             return RenewCode();
+        if (key == "check")
+            return CheckCode{read_class_code(*text)};
+        if (auto const* sign = key == "sign" ? find_value(signs, text) : nullptr)
+            return ShowSign{*sign};
     }
     if (auto const* on = value.if_bool()) {
         if (key == "watch")
@@ -236,6 +273,12 @@ json::value value_of(StudentRow const& student)
     object["time"] = student.time;
     if (!student.simulator.empty())
         object["simulator"] = student.simulator;
+    if (student.sign != StudentSign::none)
+        object["sign"] = name_of(signs, student.sign);
+    if (!student.why.empty())
+        object["why"] = student.why;
+    if (student.ahead)
+        object["ahead"] = *student.ahead;
     return object;
 }
 
@@ -375,6 +418,21 @@ std::string code_message(std::string_view code)
     return message_with("code", json::string(code));
 }
 
+std::string world_message(std::string_view world, std::string_view mode)
+{
+    return message_with("world", {{"world", world}, {"mode", mode}});
+}
+
+std::string checked_message(std::string_view code)
+{
+    return message_with("checked", json::string(code));
+}
+
+std::string sign_message(StudentSign sign)
+{
+    return message_with("sign", json::string(name_of(signs, sign)));
+}
+
 std::string joined_message(JoinedRow const& row)
 {
     json::object joined;
@@ -384,6 +442,8 @@ std::string joined_message(JoinedRow const& row)
     joined["name"] = row.name;
     joined["world"] = row.world;
     joined["mode"] = row.mode;
+    if (row.sign != StudentSign::none)
+        joined["sign"] = name_of(signs, row.sign);
     return message_with("joined", std::move(joined));
 }
 

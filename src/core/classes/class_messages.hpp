@@ -41,6 +41,14 @@ enum class StudentState
     away ///< The connection is lost. Said by the server alone.
 };
 
+/// What a student shows the teacher.
+enum class StudentSign
+{
+    none,
+    hand, ///< Help is wanted.
+    done  ///< The task is.
+};
+
 /// What a teacher has students' pages do.
 enum class ClassAction
 {
@@ -48,6 +56,8 @@ enum class ClassAction
     run,
     reset,
     end,
+    start, ///< Those whose simulation is over start again.
+    lower, ///< Take the student's sign away.
     message,
     program, ///< Show the teacher the program that is in the editor.
     take,    ///< Put a program of the teacher's into the editor.
@@ -77,6 +87,13 @@ struct SetSeats
     std::size_t seats = 0;
 };
 
+/// Everybody leaves the old one, and starts this one.
+struct ChangeWorld
+{
+    std::string world;
+    std::string mode;
+};
+
 struct WatchPictures
 {
     bool on = false;
@@ -99,6 +116,12 @@ struct CloseClass
 
 // --- from students
 
+/// Whether a code is one, before anybody is asked for a name.
+struct CheckCode
+{
+    std::string code; ///< As `read_class_code` returns it.
+};
+
 struct JoinClass
 {
     std::string code; ///< As `read_class_code` returns it.
@@ -116,6 +139,13 @@ struct ReportState
     StudentState state = StudentState::joined;
     std::int64_t time = 0; ///< Milliseconds of simulated time.
     std::string simulator; ///< As the page says; empty: there is none.
+    std::string why;       ///< What it waits for, or why it has ended: a word of the pages, or a line.
+    std::optional<std::int64_t> ahead; ///< So many are before it in the line.
+};
+
+struct ShowSign
+{
+    StudentSign sign = StudentSign::none;
 };
 
 struct ReportPicture
@@ -140,9 +170,10 @@ struct BadClassMessage
     ClassError error = ClassError::message;
 };
 
-using ClassMessage = std::variant<BadClassMessage, OpenClass, ReturnAsTeacher, SetSeats, WatchPictures,
-                                  TellStudents, RenewCode, CloseClass, JoinClass, ReturnAsStudent,
-                                  ReportState, ReportPicture, ReportProgram, LeaveClass>;
+using ClassMessage =
+    std::variant<BadClassMessage, OpenClass, ReturnAsTeacher, SetSeats, ChangeWorld, WatchPictures,
+                 TellStudents, RenewCode, CloseClass, CheckCode, JoinClass, ReturnAsStudent, ReportState,
+                 ShowSign, ReportPicture, ReportProgram, LeaveClass>;
 
 /// Reads any bytes.
 ClassMessage parse_class_message(std::string_view text);
@@ -172,6 +203,9 @@ struct StudentRow
     StudentState state = StudentState::joined;
     std::int64_t time = 0;
     std::string_view simulator;
+    StudentSign sign = StudentSign::none;
+    std::string_view why;
+    std::optional<std::int64_t> ahead;
 };
 
 struct ClassRow
@@ -207,7 +241,16 @@ std::string reserved_message(std::size_t seats);
 /// `{"code":"K7M2QX"}`
 std::string code_message(std::string_view code);
 
+/// To teachers and students: `{"world":{"world":...,"mode":...}}`
+std::string world_message(std::string_view world, std::string_view mode);
+
 // --- to students
+
+/// `{"checked":"K7M2QX"}`
+std::string checked_message(std::string_view code);
+
+/// `{"sign":"hand"}`
+std::string sign_message(StudentSign sign);
 
 struct JoinedRow
 {
@@ -218,6 +261,7 @@ struct JoinedRow
     std::string_view name;
     std::string_view world;
     std::string_view mode;
+    StudentSign sign = StudentSign::none;
 };
 
 /// `{"joined":{...}}`

@@ -1,18 +1,69 @@
 // How students join: a link, a short code, and a QR code of the link. Touches the DOM.
 
-import { drawQrCode, isOfThisMachine } from './view/qr_code.js';
+import { copyField, drawQrCode, isOfThisMachine } from './view/qr_code.js';
 import { say } from './view/texts.js';
 import { element, offerFullscreen, ownServer, setText } from './page.js';
 
 let drawn = '';
+let copied = ''; // the link that was
+let here = ''; // the names that are shown
+let isFolded = false;
+let wasFolded = false; // by itself: that happens once
 
 export function prepareInvitation() {
   offerFullscreen(element('project'), element('invitation'));
-  element('copy').hidden = navigator.clipboard === undefined; // browsers have none on pages without TLS
+  document.addEventListener('fullscreenchange', sayButtons);
+  element('fold').addEventListener('click', () => fold(!isFolded));
   element('copy').addEventListener('click', async () => {
-    await navigator.clipboard.writeText(element('link').href).catch(() => {}); // Nothing says that it was copied then.
-    setText('copy', element('link').href === drawn ? say('class.copied') : say('class.copy'));
+    const link = element('link').href;
+    if (await copy(link))
+      copied = link;
+    sayButtons();
   });
+}
+
+// The lesson runs: the wall is what counts from now on. Whoever unfolds the invitation keeps it so.
+export function foldOnce() {
+  if (wasFolded)
+    return;
+  wasFolded = true;
+  fold(true);
+}
+
+// Whoever has joined reads so on the projector.
+export function showLobby(students) {
+  element('invitation').classList.toggle('attended', students.length > 0);
+  setText('here-count', say('class.here', { count: students.length }));
+  const names = students.map(({ name }) => name);
+  if (names.join('\n') === here)
+    return;
+  here = names.join('\n');
+  element('here').replaceChildren(...names.map((name) => Object.assign(document.createElement('li'), { textContent: name })));
+}
+
+function fold(folded) {
+  isFolded = folded;
+  element('lesson').classList.toggle('folded', folded);
+  element('fold').setAttribute('aria-expanded', String(!folded));
+  sayButtons();
+}
+
+function sayButtons() {
+  const isProjected = document.fullscreenElement === element('invitation');
+  setText('project', isProjected ? say('class.backToLesson') : say('class.project'));
+  element('project').classList.toggle('primary', isProjected);
+  setText('fold', isFolded ? say('class.showInvitation') : say('class.foldInvitation'));
+  setText('copy', copied !== '' && copied === element('link').href ? say('class.copied') : say('class.copy'));
+}
+
+// In a field that nobody sees, since a link can't be selected.
+async function copy(text) {
+  const field = Object.assign(document.createElement('input'), { value: text, className: 'unseen', readOnly: true });
+  element('invitation').append(field);
+  const isCopied = await copyField(field);
+  field.remove();
+  element('copy').focus();
+  return isCopied;
 }
 
 // Shows how to come into the class with this code, in the language of the page.
@@ -21,9 +72,11 @@ export function invite(code) {
   element('link').href = link;
   setText('link', link.replace(/^https?:\/\//, ''));
   setText('class-code', code);
+  setText('short-link', new URL('./', link).href.replace(/^https?:\/\//, ''));
+  setText('short-code', code);
   element('link-local').hidden = !isOfThisMachine(location.hostname);
   setText('code-is', say('class.codeIs', { address: new URL('./', link).href.replace(/^https?:\/\//, '') }));
-  setText('copy', say('class.copy'));
+  sayButtons();
   if (drawn !== link)
     showQrCode(drawn = link);
 }

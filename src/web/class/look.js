@@ -86,6 +86,7 @@ export class Look {
     const { name, state, time, simulator } = this.#student;
     setText('look-name', name);
     setText('look-state', `${wordsFor(state)} · ${duration(time ?? 0)}`);
+    element('look-lower').hidden = this.#student.sign !== 'hand';
     element('look').classList.toggle('gone', simulator === undefined);
   }
 

@@ -61,7 +61,9 @@ export function explainCode(code, text) {
   }
 }
 
-export function explainEnd(why) {
+const titleOfEnd = (why) => (why === 'removed' ? say('class.overRemovedTitle') : say('class.over'));
+
+function explainEnd(why) {
   switch (why) {
     case 'teacher': return say('class.overTeacher');
     case 'idle': return say('class.overIdle');
@@ -79,7 +81,15 @@ export function offerFullscreen(button, target) {
     else
       document.exitFullscreen();
   });
-  document.addEventListener('fullscreenchange', () => button.setAttribute('aria-pressed', String(document.fullscreenElement === target)));
+  if (button.hasAttribute('aria-pressed'))
+    document.addEventListener('fullscreenchange', () => button.setAttribute('aria-pressed', String(document.fullscreenElement === target)));
+}
+
+// Shows what has ended, and why.
+export function showEnd(why) {
+  setText('over-title', titleOfEnd(why));
+  setText('over-text', explainEnd(why));
+  show('over');
 }
 
 // Asks whether to do something that cannot be taken back. Resolves to true or false.
@@ -97,7 +107,7 @@ export async function written(title) {
   return await answerOf(element('writing')) === 'send' ? field.value.trim() : '';
 }
 
-function answerOf(dialog) {
+export function answerOf(dialog) {
   dialog.returnValue = '';
   dialog.showModal();
   return new Promise((resolve) => dialog.addEventListener('close', () => resolve(dialog.returnValue), { once: true }));

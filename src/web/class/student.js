@@ -4,28 +4,35 @@ import { Availability, siteText } from './view/availability.js';
 import { webToSocket } from './view/address.js';
 import { TabMemory } from './view/memory.js';
 import { say } from './view/texts.js';
+import { icon } from './view/toolbar.js';
 import { placeText, returningText, SlowVoice, waitingTitle } from './view/waiting.js';
 import { View } from './view/webots_view.js';
 import { ClassSocket } from './class_socket.js';
-import { classSocket, defaults, element, explainCode, explainEnd, ownServer, setText, setTrouble, show } from './page.js';
+import { classSocket, defaults, element, explainCode, ownServer, setText, setTrouble, show, showEnd } from './page.js';
 import { Thumbnails } from './thumbnails.js';
 
+const LONGEST_REASON = 200; // characters that the server takes
 const REPORT_MS = 600; // the server drops what comes more often than every 500 ms
 const TIME_MS = 1000;
 const FIRST_RETRY_MS = 3000;
 const LONGEST_RETRY_MS = 20000;
 const SETTLING_MS = 2000; // in which those who wait ask for a seat, when one is free
 
+const oneLine = (text) => text.replace(/\s+/g, ' ').slice(0, LONGEST_REASON);
+
 export class Student {
   #code;
   #socket = null;
   #class = null; // {id, token, seat, name, world, mode}
+  #isChecking = false; // whether there is a class with this code
+  #returns = false; // to a place that the class may have given up
   #memory = new TabMemory('webots.class');
   #view = new View(element('simulation'));
   #thumbnails = new Thumbnails(this.#view, (picture) => this.#socket?.send({ picture }));
   #availability = new Availability((value, state) => this.#takeSite(value, state));
   #site = 'unknown'; // what the site is, where this page asks again and again
   #ticket = null;
+  #ticketOf = ''; // the world that it returns to
   #began = false; // a simulation, at some time
   #waits = false; // for a seat, where nobody else keeps a line: this page asks again and again
   #place = null; // in the line of a session server that keeps one: what the event "progress" tells of it
@@ -39,6 +46,9 @@ export class Student {
   #pauseHidden = 0; // seconds
   #resting = 0; // the timer that pauses the simulation of a hidden page
   #interrupted = ''; // its mode before that
+  #sign = 'none'; // what the teacher sees: 'hand', 'done' or 'none'
+  #refusal = ''; // of the last start: 'none' (no machine is free), or what was said
+  #problem = ''; // with which the last simulation has ended
 
   constructor(code) {
     this.#code = code;
@@ -48,6 +58,7 @@ export class Student {
     this.#view.setTimeout(-1);
     this.#view.onstate = () => this.#takeState();
     this.#view.onclose = (end) => this.#takeEnd(end);
+    this.#view.onerror = (text) => this.#takeProblem(text);
     this.#view.onprogress = (told) => this.#takePlace(told);
     this.#view.onready = () => {
       this.#startedUnseen = document.hidden;
@@ -62,6 +73,10 @@ export class Student {
     element('name-form').addEventListener('submit', (event) => this.#join(event));
     element('again').addEventListener('click', () => this.#start());
     element('leave').addEventListener('click', () => this.#leave());
+    for (const button of element('signs').querySelectorAll('[data-sign]')) {
+      button.prepend(icon(button.dataset.icon));
+      button.addEventListener('click', () => this.#socket?.send({ sign: button.dataset.sign === this.#sign ? 'none' : button.dataset.sign }));
+    }
     element('told-close').addEventListener('click', () => { element('told').hidden = true; });
     element('over-next').href = './';
     document.addEventListener('visibilitychange', () => {
@@ -92,15 +107,32 @@ export class Student {
     if (typeof kept?.token !== 'string')
       return false;
     this.#ticket = kept.ticket ?? null;
+    this.#ticketOf = kept.world;
+    this.#returns = true;
     this.#connect(() => ({ join: { token: kept.token } }));
     show('nothing');
     return true;
   }
 
+  // The code first, so that nobody enters a name for a class that is not there.
   ask() {
+    show('nothing');
+    this.#isChecking = true;
+    this.#connect(() => ({ check: this.#code }));
+  }
+
+  #askName(problem = '') {
     show('name');
     this.sayAll();
+    setText('name-problem', problem);
     element('name').focus();
+  }
+
+  #askCode(problem) {
+    show('doors');
+    element('code').value = this.#code;
+    setText('code-problem', problem);
+    element('code').select();
   }
 
   async #readDefaults() {
@@ -130,8 +162,14 @@ export class Student {
 
   #hear(message) {
     setTrouble('');
-    if (message.joined)
+    if (message.checked)
+      this.#takeCode();
+    else if (message.joined)
       this.#enter(message.joined);
+    else if (message.world)
+      this.#changeWorld(message.world);
+    else if (message.sign)
+      this.#showSign(message.sign);
     else if (message.pictures !== undefined)
       this.#thumbnails.wanted = message.pictures;
     else if (message.do)
@@ -140,38 +178,73 @@ export class Student {
       this.#takeError(message);
   }
 
+  #takeCode() {
+    this.#isChecking = false;
+    this.#socket.close();
+    this.#socket = null;
+    this.#askName();
+  }
+
   #enter(joined) {
-    const isFirst = this.#class === null;
+    const before = this.#class;
     this.#class = joined;
+    this.#isChecking = this.#returns = false;
     this.#reported = { text: '', at: -Infinity };
     this.sayAll();
-    this.#keep();
-    if (!isFirst)
-      return this.#report();
+    this.#showSign(joined.sign ?? 'none');
+    if (before !== null) {
+      this.#keep();
+      return before.world === joined.world && before.mode === joined.mode ? this.#report() : this.#changeWorld(joined);
+    }
     element('join').disabled = false;
     show('seat');
-    this.#start(this.#ticket);
+    this.#start(this.#ticketOf === joined.world ? this.#ticket : null);
+  }
+
+  #changeWorld({ world, mode }) {
+    this.#class = { ...this.#class, world, mode };
+    this.#stopWaiting();
+    this.#start();
+  }
+
+  // As the class has it.
+  #showSign(sign) {
+    this.#sign = sign;
+    for (const button of element('signs').querySelectorAll('[data-sign]'))
+      button.setAttribute('aria-pressed', String(button.dataset.sign === sign));
   }
 
   // Before somebody is in, it is his entry that was refused. Afterwards: the class that he returns to is no longer there.
   #takeError({ error, text }) {
-    if (error === 'message')
-      return console.warn(text);
+    if (error === 'message') {
+      console.warn(text);
+      return this.#isChecking ? this.#takeCode() : undefined; // a server from before that question
+    }
     if (this.#class !== null)
       return ['code', 'tries', 'full'].includes(error) ? this.#end('server') : undefined;
     this.#socket.close();
     this.#socket = null;
     element('join').disabled = false;
+    const hadPlace = this.#returns;
+    this.#returns = false;
     this.#memory.forget();
-    this.ask();
-    setText('name-problem', explainCode(error, text));
+    if (hadPlace && error === 'code') // it was given up, though the class may be there
+      return this.ask();
+    if (this.#isChecking || error === 'code')
+      this.#askCode(explainCode(error, text));
+    else
+      this.#askName(explainCode(error, text));
+    this.#isChecking = false;
   }
 
   // `ticket`: to return to a simulation, or to a place in the line.
   #start(ticket = null) {
     clearTimeout(this.#retry);
     element('again').hidden = true;
+    this.#problem = '';
     this.#ticket = ticket;
+    this.#ticketOf = this.#class.world;
+    this.#keep();
     const request = `${ownServer}session?class=${encodeURIComponent(this.#class.seat)}`;
     this.#view.open(this.#class.world, this.#class.mode, { request, ticket });
   }
@@ -183,6 +256,14 @@ export class Student {
     if (this.#view.state !== 'waiting')
       this.#takePlace({});
     this.#sayState();
+    this.#report();
+  }
+
+  #takeProblem(text) {
+    console.warn(text);
+    if (!['failed', 'ended'].includes(this.#view.state))
+      return;
+    this.#problem = oneLine(text);
     this.#report();
   }
 
@@ -199,6 +280,7 @@ export class Student {
     element('place').hidden = !inLine;
     setText('waiting-why', this.#waitingText);
     this.#sayTitle();
+    this.#report();
   }
 
   get #placeText() {
@@ -222,6 +304,7 @@ export class Student {
     this.#keep();
     if (end?.busy) {
       this.#waits = true;
+      this.#refusal = end.full ? 'none' : oneLine(end.text);
       this.#availability.follow(webToSocket(ownServer));
       const delay = Math.min(LONGEST_RETRY_MS, FIRST_RETRY_MS * 1.5 ** this.#attempts++);
       this.#retryIn(delay * (0.5 + Math.random() / 2));
@@ -235,14 +318,17 @@ export class Student {
   #takeSite(value, state) {
     this.#site = state;
     this.#sayState();
+    this.#report();
     if (value === 'available')
       this.#hurry();
   }
 
-  // In the line the place tells the reason, unless it is a seat.
+  // In the line the place tells the reason, unless it is a seat. Elsewhere the site does, unless there is room for others.
   get #waitingText() {
+    if (this.#place === null && ['free', 'unknown'].includes(this.#site))
+      return this.#refusal === 'none' ? siteText('none') : this.#refusal;
     if (this.#place === null)
-      return ['free', 'unknown'].includes(this.#site) ? '' : siteText(this.#site);
+      return siteText(this.#site);
     return this.#place.why === '' ? siteText('full') : '';
   }
 
@@ -272,6 +358,15 @@ export class Student {
     return document.hidden && ['running', 'paused'].includes(state) ? 'hidden' : state;
   }
 
+  // What the teacher's tile says beside the state: for a student who waits a word, otherwise what this page says.
+  get #why() {
+    if (!this.#isWaiting)
+      return this.#problem;
+    if (this.#place !== null)
+      return this.#place.ahead === undefined ? '' : this.#place.why || 'full';
+    return ['free', 'unknown'].includes(this.#site) ? this.#refusal : this.#site;
+  }
+
   #sayState() {
     element('waiting').hidden = !this.#isWaiting;
     element('simulation').hidden = this.#isWaiting;
@@ -299,6 +394,10 @@ export class Student {
     const state = { state: this.#state, time: Math.round(this.#view.time) };
     if (this.#view.simulator !== '')
       state.simulator = this.#view.simulator;
+    if (this.#why !== '')
+      state.why = this.#why;
+    if (this.#place?.ahead !== undefined)
+      state.ahead = this.#place.ahead;
     const text = JSON.stringify(state);
     if (text === this.#reported.text || !this.#socket.connected)
       return;
@@ -339,12 +438,19 @@ export class Student {
       case 'run': return this.#view.play();
       case 'reset': return this.#view.reset();
       case 'end': return this.#view.close();
+      case 'start': return this.#startAgain();
       case 'program': return this.#sendProgram();
       case 'take': return this.#view.takeProgram(String(file ?? ''), String(text ?? ''));
       case 'message':
         setText('told-text', String(text ?? ''));
         element('told').hidden = false;
     }
+  }
+
+  // Of those who wait or run already, nothing is lost.
+  #startAgain() {
+    if (!this.#waits && ['idle', 'ended', 'failed'].includes(this.#view.state))
+      this.#start();
   }
 
   // The teacher reads along; what is there to read may be nothing.
@@ -356,7 +462,7 @@ export class Student {
 
   #keep() {
     if (this.#class !== null)
-      this.#memory.remember({ token: this.#class.token, ticket: this.#ticket }, this.#class.token);
+      this.#memory.remember({ token: this.#class.token, ticket: this.#ticket, world: this.#class.world }, this.#class.token);
   }
 
   #leave() {
@@ -375,8 +481,7 @@ export class Student {
       this.#thumbnails.wanted = null;
       return setTrouble(say('class.overServerStudent'));
     }
-    setText('over-text', explainEnd(why));
-    show('over');
+    showEnd(why);
   }
 
   #finish() {

@@ -4,14 +4,14 @@ import { parseAddress, webToSocket } from './view/address.js';
 import { Availability, siteText } from './view/availability.js';
 import { TabMemory } from './view/memory.js';
 import { Scene } from './view/scene.js';
-import { say } from './view/texts.js';
+import { say, textLanguage } from './view/texts.js';
 import { ClassSocket } from './class_socket.js';
 import { FetchAhead } from './fetch_ahead.js';
-import { invite, prepareInvitation } from './invitation.js';
+import { foldOnce, invite, prepareInvitation, showLobby } from './invitation.js';
 import { Look } from './look.js';
-import { classSocket, confirmed, defaults, element, explainCode, explainEnd, ownServer, setText, setTrouble, show, written } from './page.js';
+import { answerOf, classSocket, confirmed, defaults, element, explainCode, ownServer, setText, setTrouble, show, showEnd, written } from './page.js';
 import { offerWorlds } from './pick_world.js';
-import { Wall, wordsFor } from './wall.js';
+import { Wall } from './wall.js';
 
 const WORLDS = 'webots_cloud.worlds'; // that were used on this browser
 const MOST_WORLDS = 10;
@@ -29,6 +29,7 @@ export class Teacher {
   #wall = new Wall((action, student) => this.#act(action, student));
   #look = new Look((action, student, program) => this.#act(action, student, program), () => this.#backToWall());
   #saidProblem = () => '';
+  #changesWorld = false; // asked by this window
   #site = 'unknown'; // what the site is: why students wait
   #availability = new Availability((_, state) => {
     this.#site = state;
@@ -41,6 +42,7 @@ export class Teacher {
     element('seats-form').addEventListener('submit', (event) => this.#changeSeats(event));
     element('fetch-again').addEventListener('click', () => this.#fetchAgain());
     element('new-code').addEventListener('click', () => this.#socket?.send({ code: 'new' }));
+    element('another').querySelector('form').addEventListener('submit', (event) => this.#checkWorld(event));
     element('close-class').addEventListener('click', () => this.#close());
     for (const button of element('for-all').querySelectorAll('[data-do]'))
       button.addEventListener('click', () => this.#actOnAll(button.dataset.do));
@@ -77,8 +79,7 @@ export class Teacher {
   async ask() {
     show('open');
     element(element('password').value === '' ? 'password' : 'world').focus();
-    const missing = await Scene.missing();
-    element('mode').querySelector('[value="w3d"]').disabled = missing !== '';
+    await offerModes(element('mode'));
     const suggestions = worldsUsed();
     const { url } = await defaults();
     if (typeof url === 'string' && url !== '' && !suggestions.includes(url))
@@ -92,27 +93,13 @@ export class Teacher {
   #open(event) {
     event.preventDefault();
     this.#problem(() => '');
-    const world = this.#world();
+    const world = worldIn(element('world'), (says) => this.#problem(says));
     if (world === null)
       return;
     const message = { password: element('password').value, world, mode: element('mode').value, seats: Number(element('seats').value) };
     element('open-class').disabled = true;
     this.#fetched = false;
     this.#connect(() => ({ teach: message }));
-  }
-
-  // What was entered is the address of a world that this server starts; otherwise null, and it is said why.
-  #world() {
-    try {
-      const target = parseAddress(element('world').value, ownServer);
-      if (target.kind === 'session')
-        return target.world;
-      this.#problem(() => say('class.errorWorld'));
-    } catch (error) {
-      this.#problem(() => error.message);
-    }
-    element('world').focus();
-    return null;
   }
 
   #problem(says) {
@@ -129,7 +116,7 @@ export class Teacher {
       setTrouble(opened && this.#class !== null ? say('class.lostTeacher') : say('class.unreachable'));
       document.body.classList.toggle('stale', this.#class !== null);
     });
-    on('closed', ({ why }) => this.#end(explainEnd(why)));
+    on('closed', ({ why }) => this.#end(why));
   }
 
   #hear(message) {
@@ -150,7 +137,9 @@ export class Teacher {
     else if (message.reserved !== undefined) {
       this.#class.reserved = message.reserved;
       this.#sayClass();
-    } else if (message.code) {
+    } else if (message.world)
+      this.#takeWorld(message.world);
+    else if (message.code) {
       this.#class.code = message.code;
       this.#sayClass();
     } else if (message.error)
@@ -188,7 +177,7 @@ export class Teacher {
       if (error === 'password')
         element('password').focus();
     } else if (['code', 'password', 'tries', 'off'].includes(error)) // the class is no longer there
-      this.#end(say('class.overServer'));
+      this.#end('server');
     else {
       element('class-seats').value = this.#class.seats;
       setTrouble(explainCode(error, text));
@@ -228,6 +217,7 @@ export class Teacher {
     element('fetch-faults').hidden = faults.length === 0;
     element('fetch-faults').replaceChildren(...faults.map((fault) => Object.assign(document.createElement('li'), { textContent: fault })));
     element('fetch-again').hidden = busy || faults.length === 0;
+    this.#sayNeeds();
   }
 
   // --- the students
@@ -237,7 +227,10 @@ export class Teacher {
     const { students } = this.#wall;
     element('nobody').hidden = students.length > 0;
     for (const button of element('for-all').querySelectorAll('button'))
-      button.disabled = students.length === 0;
+      button.disabled = students.length === 0 && button.dataset.do !== 'world';
+    element('for-all').querySelector('[data-do="start"]').disabled = !students.some(({ state }) => state === 'ended');
+    if (students.some(({ state }) => ['running', 'paused'].includes(state)))
+      foldOnce();
     this.#noteTimes(students);
     this.#sayClass();
     this.#socket?.expect(this.#watches && students.some((student) => this.#goesOn(student)) ? SILENT_MS : 0);
@@ -258,10 +251,22 @@ export class Teacher {
 
   #saySummary() {
     const { students } = this.#wall;
-    const counts = AT_A_GLANCE.map((state) => [students.filter((student) => student.state === state).length, state]).filter(([count]) => count > 0);
-    setText('summary', students.length === 0 ? '' : say('class.summary',
-      { count: students.length, states: counts.map(([count, state]) => `${count} × ${wordsFor(state)}`).join(', ') }));
+    showLobby(students);
+    const count = (key, value) => students.filter((student) => student[key] === value).length;
+    const listed = (key, values) => values.map((value) => [count(key, value), value]).filter(([some]) => some > 0).map(([some, value]) => countText(some, value));
+    const states = sentence(listed('state', AT_A_GLANCE));
+    const signs = sentence(listed('sign', ['hand', 'done']));
+    const words = students.length === 1 ? say('class.summaryOne', { states }) : say('class.summary', { count: students.length, states });
+    setText('summary', students.length === 0 ? '' : [words, signs].filter((part) => part !== '').join(' · '));
   }
+
+  // What the teacher can do something about is seen also where the preparation is folded.
+  #sayNeeds() {
+    const isNeeded = this.#fetching?.busy || this.#fetching?.faults.length > 0 || this.#waiting > 0;
+    element('preparation').classList.toggle('needed', isNeeded === true);
+  }
+
+  get #waiting() { return this.#wall.count('waiting'); }
 
   #sayClass() {
     if (this.#class === null)
@@ -270,7 +275,8 @@ export class Teacher {
     invite(code);
     setText('where', code);
     setText('class-world', world);
-    const waiting = this.#wall.students.filter(({ state }) => state === 'waiting').length;
+    const waiting = this.#waiting;
+    this.#sayNeeds();
     setText('reserved', waiting > 0 ? this.#waitingText(waiting) : reserved >= seats ? say('class.reservedAll', { seats }) : say('class.reserved', { seats, reserved }));
   }
 
@@ -301,6 +307,7 @@ export class Teacher {
   async #actOnAll(action) {
     switch (action) {
       case 'message': return this.#write(null, say('class.messageAll'));
+      case 'world': return this.#askWorld();
       case 'end':
         if (!await confirmed(say('class.endAllSure'), say('class.endAll')))
           return;
@@ -310,6 +317,38 @@ export class Teacher {
           return;
     }
     this.#socket?.send({ tell: { students: null, do: action } });
+  }
+
+  // Another world takes the place of the class's; an address that is none is answered in the dialog.
+  async #askWorld() {
+    const { world, mode } = this.#class;
+    element('another-world').value = world;
+    element('another-mode').value = mode === 'mjpeg' ? 'mjpeg' : 'w3d';
+    setText('another-problem', '');
+    offerWorlds(element('another-pick'), element('another-world'));
+    offerModes(element('another-mode'));
+    if (await answerOf(element('another')) !== 'yes')
+      return;
+    this.#changesWorld = true;
+    this.#socket?.send({ world: { world: worldIn(element('another-world')), mode: element('another-mode').value } });
+  }
+
+  #checkWorld(event) {
+    if (event.submitter?.value === 'yes' && worldIn(element('another-world'), (says) => setText('another-problem', says())) === null)
+      event.preventDefault();
+  }
+
+  // Machines fetch it before it is started, if they can: the window that asked for it has them do so.
+  #takeWorld(chosen) {
+    Object.assign(this.#class, chosen);
+    this.#sayClass();
+    rememberWorld(chosen.world);
+    if (!this.#changesWorld)
+      return;
+    this.#changesWorld = false;
+    this.#fetched = false;
+    this.#keep();
+    this.#fetchAgain();
   }
 
   // Everybody gets this program, in place of what is in their editors.
@@ -365,7 +404,7 @@ export class Teacher {
     this.#memory.remember({ key: this.#class.key, fetched: this.#fetched }, this.#class.key);
   }
 
-  #end(text) {
+  #end(why) {
     this.#memory.forget();
     this.#socket?.close();
     this.#socket = this.#class = null;
@@ -378,9 +417,46 @@ export class Teacher {
       document.exitFullscreen();
     element('question').close();
     element('writing').close();
+    element('another').close();
     setText('where', '');
-    setText('over-text', text);
-    show('over');
+    showEnd(why);
+  }
+}
+
+// What was entered is the address of a world that this server starts; otherwise null, and it is said why.
+function worldIn(field, problem = () => {}) {
+  try {
+    const target = parseAddress(field.value, ownServer);
+    if (target.kind === 'session')
+      return target.world;
+    problem(() => say('class.errorWorld'));
+  } catch (error) {
+    problem(() => error.message);
+  }
+  field.focus();
+  return null;
+}
+
+async function offerModes(field) {
+  field.querySelector('[value="w3d"]').disabled = await Scene.missing() !== '';
+}
+
+const sentence = (parts) => new Intl.ListFormat(textLanguage()).format(parts);
+
+// So many students of a class.
+function countText(count, what) {
+  switch (what) {
+    case 'joined': return say('class.countJoined', { count });
+    case 'starting': return say('class.countStarting', { count });
+    case 'running': return say('class.countRunning', { count });
+    case 'paused': return say('class.countPaused', { count });
+    case 'waiting': return say('class.countWaiting', { count });
+    case 'hidden': return say('class.countHidden', { count });
+    case 'lost': return say('class.countLost', { count });
+    case 'away': return say('class.countAway', { count });
+    case 'hand': return say('class.countHand', { count });
+    case 'done': return say('class.countDone', { count });
+    default: return say('class.countEnded', { count });
   }
 }
 

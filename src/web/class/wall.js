@@ -1,10 +1,14 @@
-// The wall: a tile for each student, sorted by name. Touches the DOM.
+// The wall: a tile for each student; who needs somebody comes first. Touches the DOM.
 
+import { siteText } from './view/availability.js';
 import { say, textLanguage } from './view/texts.js';
+import { icon } from './view/toolbar.js';
 import { duration, element, setText } from './page.js';
 
 const NO_PICTURE_MS = 12000; // Students' pages send one at least every five seconds, if they can.
+const STILL_MS = 3000; // Nothing moves under a pointer that has just moved.
 const ON = ['running', 'paused'];
+const NEEDS = ['hand', 'lost', 'away', 'waiting', 'ended', '', 'done']; // '': all that goes on
 
 // The sign of each state, beside its words. Those that need somebody stand out in other ways as well: see class.css.
 const SIGNS = {
@@ -38,16 +42,26 @@ export class Wall {
   #act;
   #tiles = new Map(); // by the students' numbers
   #watched = false;
+  #stillUntil = 0;
+  #isUnsorted = false;
 
-  // `act(action, student)`: 'look', 'pause', 'run', 'reset', 'message', 'end' or 'remove' was pressed.
+  // `act(action, student)`: 'look', 'pause', 'run', 'reset', 'start', 'lower', 'message', 'end' or 'remove' was pressed.
   constructor(act) {
     this.#act = act;
     document.addEventListener('click', ({ target }) => this.#closeMenus(target));
     document.addEventListener('keydown', ({ key }) => key === 'Escape' && this.#closeMenus(null));
-    setInterval(() => this.#tiles.forEach((tile) => this.#sayPicture(tile)), 1000);
+    for (const type of ['pointermove', 'pointerdown', 'keydown'])
+      this.#list.addEventListener(type, () => { this.#stillUntil = Date.now() + STILL_MS; });
+    setInterval(() => {
+      this.#tiles.forEach((tile) => this.#sayPicture(tile));
+      if (this.#isUnsorted)
+        this.#sort();
+    }, 1000);
   }
 
-  // Sorted by name, as they stand on the wall.
+  count(state) { return [...this.#tiles.values()].filter(({ student }) => student.state === state).length; }
+
+  // Sorted by name.
   get students() { return [...this.#tiles.values()].map(({ student }) => student).sort(byName); }
 
   // Whether pictures are being asked for.
@@ -72,12 +86,14 @@ export class Wall {
     const tile = known ?? this.#make(student);
     if (tile.student.state !== student.state && !ON.includes(tile.student.state))
       tile.since = Date.now();
-    const moved = known === undefined || known.student.name !== student.name;
+    const moves = known === undefined || byNeed(tile.student, student) !== 0;
     tile.student = student;
     this.#tiles.set(student.id, tile);
     this.#say(tile);
-    if (moved)
-      this.#place(tile);
+    if (known === undefined)
+      this.#list.append(tile.item);
+    if (moves)
+      this.#sort();
   }
 
   drop(id) {
@@ -107,7 +123,7 @@ export class Wall {
   // In another language.
   sayAll() {
     this.#tiles.forEach((tile) => this.#say(tile));
-    this.students.forEach(({ id }) => this.#list.append(this.#tiles.get(id).item));
+    this.#sort();
   }
 
   focus(id) { this.#tiles.get(id)?.item.querySelector('.look').focus(); }
@@ -126,15 +142,24 @@ export class Wall {
     const item = element('tile').content.cloneNode(true).firstElementChild;
     const tile = { item, student, canvas: item.querySelector('canvas'), since: Date.now(), pictured: 0, next: null, decoding: false };
     item.querySelector('.look').addEventListener('click', () => this.#act('look', tile.student));
-    item.querySelector('.toggle').addEventListener('click', () => this.#act(isOn(tile.student) ? 'pause' : 'run', tile.student));
+    item.querySelector('.toggle').addEventListener('click', () => this.#act(toggleOf(tile.student), tile.student));
     for (const button of item.querySelectorAll('[data-do]'))
       button.addEventListener('click', () => this.#act(button.dataset.do, tile.student));
     return tile;
   }
 
-  #place(tile) {
-    const next = this.students.find((student) => student.id !== tile.student.id && byName(tile.student, student) < 0);
-    this.#list.insertBefore(tile.item, next === undefined ? null : this.#tiles.get(next.id).item);
+  // Not while somebody is about to press something here.
+  #sort() {
+    this.#isUnsorted = Date.now() < this.#stillUntil || this.#list.querySelector('details[open]') !== null;
+    if (this.#isUnsorted)
+      return;
+    const focused = this.#list.contains(document.activeElement) ? document.activeElement : null;
+    const sorted = [...this.#tiles.values()].sort((a, b) => byNeed(a.student, b.student));
+    sorted.forEach(({ item }, place) => {
+      if (this.#list.children[place] !== item)
+        this.#list.insertBefore(item, this.#list.children[place] ?? null);
+    });
+    focused?.focus({ preventScroll: true });
   }
 
   #say(tile) {
@@ -145,18 +170,28 @@ export class Wall {
     setText(part('.name'), student.name);
     setText(part('.time'), duration(student.time ?? 0));
     setText(part('.words'), wordsFor(student.state));
-    part('path').setAttribute('d', SIGNS[student.state] ?? SIGNS.ended);
-    const runs = isOn(student);
-    setText(part('.toggle'), runs ? say('class.pause') : say('class.run'));
-    part('.toggle').setAttribute('aria-label', named(runs ? say('class.pause') : say('class.run'), student));
-    part('.toggle').disabled = !['running', 'paused', 'hidden', 'starting'].includes(student.state);
-    part('.look').setAttribute('aria-label', say('class.lookAt', { name: student.name }));
+    part('.state path').setAttribute('d', SIGNS[student.state] ?? SIGNS.ended);
+    setText(part('.why'), whyText(student));
+    this.#saySign(tile);
+    const toggle = wordsOfToggle(toggleOf(student));
+    setText(part('.toggle'), toggle);
+    part('.toggle').setAttribute('aria-label', named(toggle, student));
+    part('.toggle').disabled = !['running', 'paused', 'hidden', 'starting', 'ended'].includes(student.state);
     part('.look').disabled = student.simulator === undefined;
     setText(part('summary'), say('class.more'));
     part('summary').setAttribute('aria-label', named(say('class.more'), student));
-    for (const [action, words] of [['reset', say('class.reset')], ['message', say('class.message')], ['end', say('class.end')], ['remove', say('class.remove')]])
+    for (const [action, words] of [['lower', say('class.lower')], ['reset', say('class.reset')], ['message', say('class.message')], ['end', say('class.end')], ['remove', say('class.remove')]])
       setText(part(`[data-do="${action}"]`), words);
     this.#sayPicture(tile);
+  }
+
+  #saySign({ item, student: { sign } }) {
+    const place = item.querySelector('.sign');
+    item.dataset.sign = sign ?? 'none';
+    item.querySelector('[data-do="lower"]').hidden = sign !== 'hand';
+    place.hidden = sign === undefined;
+    if (sign !== undefined)
+      place.replaceChildren(icon(sign === 'hand' ? 'hand' : 'check'), sign === 'hand' ? say('class.signHand') : say('class.signDone'));
   }
 
   // Why there is no picture, or only an old one.
@@ -170,6 +205,8 @@ export class Wall {
       setText(words, say('class.pictureHidden'));
     else
       setText(words, item.dataset.pictured === undefined && ON.includes(student.state) ? say('class.pictureComes') : '');
+    const parts = [say('class.lookAt', { name: student.name }), words.textContent];
+    item.querySelector('.look').setAttribute('aria-label', parts.filter((part) => part !== '').join(': '));
   }
 
   #closeMenus(target) {
@@ -184,11 +221,56 @@ export class Wall {
   }
 }
 
-const isOn = ({ state }) => ['running', 'hidden', 'starting'].includes(state);
+// What the first button of a tile does.
+function toggleOf({ state }) {
+  if (state === 'ended')
+    return 'start';
+  return ['running', 'hidden', 'starting'].includes(state) ? 'pause' : 'run';
+}
+
+function wordsOfToggle(action) {
+  switch (action) {
+    case 'start': return say('viewer.startAgain');
+    case 'pause': return say('class.pause');
+    default: return say('class.run');
+  }
+}
+
+// For what a student waits, or why the simulation has ended: the latter in the words of the student's page.
+function whyText({ state, why = '', ahead }) {
+  if (state === 'ended')
+    return why;
+  if (state !== 'waiting')
+    return '';
+  const place = ahead === undefined ? '' : say('class.inLine', { number: ahead + 1 });
+  return [place, waitText(why)].filter((part) => part !== '').join(' ');
+}
+
+function waitText(why) {
+  switch (why) {
+    case 'room': return say('waiting.room');
+    case 'suitable': return say('waiting.suitable');
+    case 'full': case 'busy': case 'draining': case 'down': case 'none': return siteText(why);
+    default: return /^[a-z-]*$/.test(why) ? '' : why; // a sentence; words of later pages say nothing here
+  }
+}
 
 const named = (action, { name }) => `${action}: ${name}`;
 
 const byName = (a, b) => a.name.localeCompare(b.name, textLanguage(), { numeric: true, sensitivity: 'base' }) || a.id - b.id;
+
+// A sign counts for more than the state, but for that of a student who can't go on.
+function needOf({ state, sign }) {
+  if (sign === 'hand')
+    return sign;
+  if (['lost', 'away', 'waiting'].includes(state))
+    return state;
+  if (sign === 'done')
+    return sign;
+  return state === 'ended' ? state : '';
+}
+
+const byNeed = (a, b) => NEEDS.indexOf(needOf(a)) - NEEDS.indexOf(needOf(b)) || byName(a, b);
 
 function bytesOf(base64) {
   try {

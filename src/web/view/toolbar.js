@@ -21,6 +21,8 @@ const ICONS = {
   message: 'M1.5 2.5h13v8.8H8l-3.6 3v-3H1.5zM3.2 4.2v5.4h9.6V4.2z',
   window: 'M1.5 2.5h13v11h-13zM3 6v6h10V6z',
   quit: 'M3 3h10v10H3z',
+  hand: 'M4.6 8.6V3.4a.95.95 0 0 1 1.9 0V7h.5V2a.95.95 0 0 1 1.9 0v5h.5V2.8a.95.95 0 0 1 1.9 0V7.6h.5V4.9a.95.95 0 0 1 1.9 0v5.2c0 3-2 5.2-4.8 5.2-2.1 0-3.4-1-4.4-2.7L1.9 9.6c-.6-1.1.7-2 1.5-1.2z',
+  check: 'M6.3 13.2 1.6 8.5l1.7-1.7 3 3 6.4-6.4 1.7 1.7z',
 };
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
 const STATES = { play: 'running', pause: 'paused', fast: 'fast' }; // in which a button is pressed

@@ -185,6 +185,134 @@ BOOST_AUTO_TEST_CASE(a_teacher_reads_a_program_once_for_each_question_and_gives_
     BOOST_TEST(fixture.last_told(bob) == told);
 }
 
+BOOST_AUTO_TEST_CASE(a_code_is_checked_before_a_name_is_asked_for)
+{
+    Fixture fixture;
+    (void)fixture.open_class(1);
+    auto const student = fixture.connect();
+    auto const check = [&](std::string_view code) {
+        return fixture.say(student, concat(R"({"check":")", code, "\"}"));
+    };
+    BOOST_TEST(check(fixture.code) == Texts{concat(R"({"checked":")", fixture.code, "\"}")},
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.book.figures().students == 0u);
+    BOOST_TEST(fixture.error_of(check("222222")) == "code");
+    BOOST_TEST(fixture.error_of(check("nonsense")) == "code");
+    (void)fixture.join("Ada");
+    (void)fixture.join("Bob");
+    BOOST_TEST(fixture.error_of(check(fixture.code)) == "full");
+}
+
+BOOST_AUTO_TEST_CASE(who_checks_many_codes_guesses)
+{
+    Fixture fixture;
+    (void)fixture.open_class();
+    std::string error = "code";
+    for (int tries = 0; tries < 600 && error == "code"; ++tries) {
+        if (tries % 50 == 0)
+            (void)fixture.connect();
+        error = fixture.error_of(fixture.say(fixture.last, R"({"check":"222222"})"));
+    }
+    BOOST_TEST(error == "tries");
+    BOOST_TEST(fixture.guesses.size() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(a_student_raises_a_hand_or_is_done_until_the_teacher_has_seen_it)
+{
+    Fixture fixture;
+    auto const teacher = fixture.open_class();
+    auto const ada = fixture.join("Ada");
+    BOOST_TEST(fixture.say(ada, R"({"sign":"hand"})") == Texts{R"({"sign":"hand"})"},
+               boost::test_tools::per_element());
+    auto const raised = R"({"student":{"id":1,"name":"Ada","state":"joined","time":0,"sign":"hand"}})";
+    BOOST_TEST(fixture.last_told(teacher) == raised);
+    // Whoever comes back has it still.
+    auto const back = fixture.connect();
+    auto const joined = fixture.say(back, concat(R"({"join":{"token":")", fixture.token, "\"}}"));
+    BOOST_REQUIRE(!joined.empty());
+    BOOST_TEST(fixture.text_of(boost::json::parse(joined[0]).at("joined").at("sign")) == "hand");
+    (void)fixture.say(teacher, R"({"tell":{"students":[1],"do":"lower"}})");
+    BOOST_TEST(fixture.last_told(back) == R"({"sign":"none"})");
+    BOOST_TEST(fixture.last_told(teacher) ==
+               R"({"student":{"id":1,"name":"Ada","state":"joined","time":0}})");
+    fixture.told[back].clear();
+    (void)fixture.say(teacher, R"({"tell":{"students":[1],"do":"lower"}})"); // there is nothing to lower
+    BOOST_TEST(fixture.told[back].empty());
+    BOOST_TEST(fixture.error_of(fixture.say(teacher, R"({"sign":"hand"})")) == "message");
+}
+
+BOOST_AUTO_TEST_CASE(a_hand_that_waves_does_not_flood_the_teacher)
+{
+    Fixture fixture;
+    auto const teacher = fixture.open_class();
+    auto const ada = fixture.join("Ada");
+    fixture.told[teacher].clear();
+    for (int i = 0; i < 20; ++i)
+        (void)fixture.say(ada, i % 2 == 0 ? R"({"sign":"hand"})" : R"({"sign":"none"})");
+    BOOST_TEST(fixture.told[teacher].size() == 5u);
+    BOOST_TEST(fixture.last_told(ada) == R"({"sign":"hand"})"); // as the teacher sees it
+    fixture.pass(1s);
+    BOOST_TEST(fixture.say(ada, R"({"sign":"done"})") == Texts{R"({"sign":"done"})"},
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(the_teacher_is_told_why_a_student_waits)
+{
+    Fixture fixture;
+    auto const teacher = fixture.open_class();
+    auto const ada = fixture.join("Ada");
+    (void)fixture.say(ada, R"({"state":{"state":"waiting","why":"busy","ahead":3}})");
+    BOOST_TEST(fixture.last_told(teacher) ==
+               R"({"student":{"id":1,"name":"Ada","state":"waiting","time":0,"why":"busy","ahead":3}})");
+    fixture.leave(ada);
+    BOOST_TEST(fixture.last_told(teacher) == R"({"student":{"id":1,"name":"Ada","state":"away","time":0}})");
+}
+
+BOOST_AUTO_TEST_CASE(whom_the_teacher_tells_to_start_again_gets_a_seat_of_the_class)
+{
+    Fixture fixture;
+    auto const teacher = fixture.open_class();
+    auto const ada = fixture.join("Ada");
+    auto const start = [&] {
+        auto const seat = fixture.book.ask_for_seat(fixture.seat, fixture.now);
+        fixture.book.take_seat(fixture.seat, seat, StudentMachine{}, fixture.now);
+        return seat;
+    };
+    std::vector<SeatRequest> often;
+    for (int i = 0; i < 4; ++i)
+        often.push_back(start());
+    BOOST_TEST((often.back() == SeatRequest::any)); // by herself, she may have so many
+    (void)fixture.say(teacher, R"({"tell":{"students":null,"do":"start"}})");
+    BOOST_TEST(fixture.last_told(ada) == R"({"do":"start"})");
+    BOOST_TEST((start() == SeatRequest::held));
+}
+
+BOOST_AUTO_TEST_CASE(another_world_is_for_all_and_everybody_begins_anew)
+{
+    Fixture fixture;
+    auto const teacher = fixture.open_class();
+    auto const ada = fixture.join("Ada");
+    auto const seat = fixture.seat;
+    auto const bob = fixture.join("Bob");
+    (void)fixture.say(ada, R"({"sign":"done"})");
+    for (int i = 0; i < 4; ++i)
+        fixture.book.take_seat(seat, fixture.book.ask_for_seat(seat, fixture.now), StudentMachine{},
+                               fixture.now);
+    auto const changed = R"({"world":{"world":"https://e.org/b.wbt","mode":"w3d"}})";
+    auto const told = fixture.say(teacher, changed);
+    BOOST_TEST(told == (Texts{changed, R"({"student":{"id":1,"name":"Ada","state":"joined","time":0}})"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.last_told(ada) == changed);
+    BOOST_TEST(fixture.told[ada].at(fixture.told[ada].size() - 2) == R"({"sign":"none"})");
+    BOOST_TEST(fixture.last_told(bob) == changed);
+    BOOST_TEST((fixture.book.ask_for_seat(seat, fixture.now) == SeatRequest::held));
+    auto const cyd = fixture.connect();
+    auto const joined = fixture.say(cyd, concat(R"({"join":{"code":")", fixture.code, R"(","name":"Cyd"}})"));
+    BOOST_TEST(fixture.text_of(boost::json::parse(joined.at(0)).at("joined").at("world")) ==
+               "https://e.org/b.wbt");
+    BOOST_TEST(fixture.error_of(fixture.say(ada, changed)) == "message");
+}
+
 BOOST_AUTO_TEST_CASE(a_class_from_its_opening_to_its_end)
 {
     Fixture fixture;

@@ -92,11 +92,63 @@ BOOST_AUTO_TEST_CASE(states_are_those_that_students_may_have)
         BOOST_TEST((refusal_of(concat(R"({"state":)", state, "}")) == ClassError::message), state);
 }
 
+BOOST_AUTO_TEST_CASE(a_student_says_why_it_waits_in_a_word_or_a_line)
+{
+    auto const waiting = read<ReportState>(R"({"state":{"state":"waiting","why":" busy ","ahead":3}})");
+    BOOST_TEST(waiting.why == "busy");
+    BOOST_TEST((waiting.ahead == 3));
+    for (auto const* rest : {R"("why":5,"ahead":"3")", R"("why":"\u0007","ahead":-1)", R"("ahead":100001)",
+                             R"("ahead":1.5)", R"("why":" ")"}) {
+        auto const report = read<ReportState>(concat(R"({"state":{"state":"waiting",)", rest, "}}"));
+        BOOST_TEST(report.why == "", rest);
+        BOOST_TEST(!report.ahead, rest);
+    }
+    auto const of = [](std::size_t length) {
+        return concat(R"({"state":{"state":"ended","why":")", std::string(length, 'x'), R"("}})");
+    };
+    BOOST_TEST(read<ReportState>(of(200)).why.size() == 200u);
+    BOOST_TEST(read<ReportState>(of(201)).why == "");
+}
+
+BOOST_AUTO_TEST_CASE(a_student_shows_one_of_the_signs)
+{
+    BOOST_TEST((read<ShowSign>(R"({"sign":"hand"})").sign == StudentSign::hand));
+    BOOST_TEST((read<ShowSign>(R"({"sign":"done"})").sign == StudentSign::done));
+    BOOST_TEST((read<ShowSign>(R"({"sign":"none"})").sign == StudentSign::none));
+    for (auto const* sign : {"\"fist\"", "\"\"", "true", "null"})
+        BOOST_TEST((refusal_of(concat(R"({"sign":)", sign, "}")) == ClassError::message), sign);
+    BOOST_TEST(sign_message(StudentSign::none) == R"({"sign":"none"})");
+}
+
+BOOST_AUTO_TEST_CASE(a_code_is_checked_as_people_type_it)
+{
+    BOOST_TEST(read<CheckCode>(R"({"check":"k7m 2qx"})").code == "K7M2QX");
+    BOOST_TEST(read<CheckCode>(R"({"check":"nonsense"})").code == "");
+    BOOST_TEST((refusal_of(R"({"check":5})") == ClassError::message));
+    BOOST_TEST(checked_message("K7M2QX") == R"({"checked":"K7M2QX"})");
+}
+
+BOOST_AUTO_TEST_CASE(another_world_is_one_that_a_class_could_be_opened_with)
+{
+    auto const change = read<ChangeWorld>(R"({"world":{"world":"https://e.org/worlds/b.wbt","mode":"w3d"}})");
+    BOOST_TEST(change.world == "https://e.org/worlds/b.wbt");
+    BOOST_TEST(change.mode == "w3d");
+    BOOST_TEST((refusal_of(R"({"world":{"world":"x","mode":"w3d"}})") == ClassError::world));
+    BOOST_TEST((refusal_of(R"({"world":{"world":"https://e.org/b.wbt","mode":"vr"}})") == ClassError::world));
+    BOOST_TEST((refusal_of(R"({"world":{"world":"https://e.org/b.wbt"}})") == ClassError::message));
+    BOOST_TEST((refusal_of(R"({"world":"https://e.org/b.wbt"})") == ClassError::message));
+    BOOST_TEST(world_message("w", "w3d") == R"({"world":{"world":"w","mode":"w3d"}})");
+}
+
 BOOST_AUTO_TEST_CASE(a_teacher_tells_some_or_all)
 {
     auto const some = read<TellStudents>(R"({"tell":{"students":[1,2],"do":"pause"}})");
     BOOST_TEST((some.students == std::vector<StudentId>{1, 2}));
     BOOST_TEST((some.action == ClassAction::pause));
+    BOOST_TEST(
+        (read<TellStudents>(R"({"tell":{"students":null,"do":"start"}})").action == ClassAction::start));
+    BOOST_TEST(
+        (read<TellStudents>(R"({"tell":{"students":[1],"do":"lower"}})").action == ClassAction::lower));
     auto const all = read<TellStudents>(R"({"tell":{"students":null,"do":"message","text":" Look here. "}})");
     BOOST_TEST(!all.students);
     BOOST_TEST(all.text == "Look here.");
@@ -144,6 +196,15 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
     student.name = "\"</script>";
     BOOST_TEST(student_message(student) ==
                R"({"student":{"id":1,"name":"\"</script>","state":"joined","time":0}})");
+    student.sign = StudentSign::hand;
+    student.why = "busy";
+    student.ahead = 0;
+    BOOST_TEST(student_message(student) ==
+               R"({"student":{"id":1,"name":"\"</script>","state":"joined","time":0,)"
+               R"("sign":"hand","why":"busy","ahead":0}})");
+    student = StudentRow{};
+    student.id = 1;
+    student.name = "\"</script>";
     student.simulator = "ws://h:2001";
     student.state = StudentState::away;
     ClassRow row;
@@ -172,6 +233,9 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
     joined.mode = "mjpeg";
     BOOST_TEST(joined_message(joined) ==
                R"({"joined":{"id":7,"token":"t","seat":"s","name":"Ada","world":"w","mode":"mjpeg"}})");
+    joined.sign = StudentSign::done;
+    BOOST_TEST(joined_message(joined) == R"({"joined":{"id":7,"token":"t","seat":"s","name":"Ada",)"
+                                         R"("world":"w","mode":"mjpeg","sign":"done"}})");
     BOOST_TEST(code_message("K7M2QX") == R"({"code":"K7M2QX"})");
     auto const terms = picture_terms(1);
     BOOST_TEST(pictures_message(&terms) ==
