@@ -16,8 +16,7 @@ async function open(t, path, options = {}) {
   const context = await browser.newContext({ locale: 'en-US', viewport: { width: 1280, height: 800 }, offline: true, ...options });
   const page = await context.newPage();
   const complaints = [];
-  // Sphinx fetches each page that it has found, for the sentence around the word. From disk that is refused, and it does without.
-  page.on('pageerror', (error) => `${error}`.includes('Failed to fetch') || complaints.push(`${error}`));
+  page.on('pageerror', (error) => complaints.push(`${error}`));
   page.on('request', (request) => /^(data:|file:)/.test(request.url()) || complaints.push(request.url()));
   t.after(async () => {
     await context.close();
@@ -36,6 +35,16 @@ test('the search finds a section', async (t) => {
   await page.press('.sidebar-search', 'Enter');
   await page.getByRole('link', { name: 'The waiting room' }).click();
   await page.waitForURL(/scheduling\.html.*#the-waiting-room$/);
+});
+
+test('the search shows the sentence around the word', async (t) => {
+  const page = await open(t, 'search.html?q=certificate');
+  await page.getByText('Search finished').waitFor();
+  const results = page.locator('ul.search > li');
+  await results.first().locator('.context').waitFor();
+  const pages = await results.count();
+  await page.waitForFunction((count) => document.querySelectorAll('ul.search > li .context').length === count, pages);
+  assert.match((await results.locator('.context').allInnerTexts()).join(' '), /certificate/i);
 });
 
 test('what to do is found before why', async (t) => {
