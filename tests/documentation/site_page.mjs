@@ -95,6 +95,20 @@ test("the teacher's page fits on one screen", async (t) => {
   assert.ok(bottom <= height, `${bottom} of ${height}`);
 });
 
+test('the API reference has the colours of the other pages, light and dark', async (t) => {
+  for (const colorScheme of ['light', 'dark']) {
+    const colours = [];
+    for (const path of ['README.html', 'api/index.html']) {
+      const page = await open(t, path, { colorScheme });
+      colours.push(await page.evaluate(() => {
+        const style = (selector) => getComputedStyle(document.querySelector(selector));
+        return [style('body').backgroundColor, style('article p a, .contents p a').color, style('article p, .contents p').fontFamily];
+      }));
+    }
+    assert.deepEqual(colours[1], colours[0], colorScheme);
+  }
+});
+
 test('the API reference leaves the page its room on a telephone', async (t) => {
   const page = await open(t, 'api/index.html', PHONE);
   assert.ok((await page.locator('#doc-content').boundingBox()).width > PHONE.viewport.width * 0.9);
