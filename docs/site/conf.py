@@ -3,6 +3,7 @@
 The source folder is the root of the repository, so each page keeps the path that it has there, and a relative link means the same on
 the site, on a forge and in an editor."""
 import html
+import json
 import re
 from pathlib import Path
 
@@ -82,6 +83,26 @@ def draw_diagrams(app, page, template, context, doctree):
         app.add_js_file('diagrams.js')
 
 
+def search_from_disk(app, page, template, context, doctree):
+    """Only the page of the search loads the script."""
+    if page == 'search':
+        app.add_js_file('excerpts_from_disk.js')
+
+
+def keep_texts(app, exception):
+    """The texts of all pages, for excerpts_from_disk.js. What Sphinx knows of them at the end is spread over its processes, so the
+    pages themselves are read."""
+    if exception or app.builder.name != 'html':
+        return
+    out = Path(app.outdir)
+    texts = {}
+    for page in app.env.found_docs:
+        article = re.search(r'<article role="main">(.*?)</article>', (out / f'{page}.html').read_text(), re.S)
+        without_signs = re.sub(r'<a class="headerlink".*?</a>', '', article.group(1), flags=re.S)
+        texts[f'{page}.html'] = re.sub(r'\s+', ' ', re.sub(r'<[^>]*>', '', without_signs)).strip()
+    (out / '_static/page_texts.js').write_text(f'pageTexts = {json.dumps(texts, ensure_ascii=False)};\n')
+
+
 def complete_theme(app, exception):
     """Debian's furo (12 and 13) is not bundled as its authors publish it: its script imports another one, which browsers refuse in a page
     that was opened from disk; its style expects a file in the root of the web server, and has lost what makes a page dark for those whose
@@ -112,5 +133,7 @@ def setup(app):
     app.connect('doctree-read', lead_beyond_pages)
     app.connect('doctree-read', keep_diagrams)
     app.connect('html-page-context', draw_diagrams)
+    app.connect('html-page-context', search_from_disk)
     app.connect('build-finished', complete_theme)
+    app.connect('build-finished', keep_texts)
     return {'parallel_read_safe': True, 'parallel_write_safe': True}

@@ -16,8 +16,7 @@ async function open(t, path, options = {}) {
   const context = await browser.newContext({ locale: 'en-US', viewport: { width: 1280, height: 800 }, offline: true, ...options });
   const page = await context.newPage();
   const complaints = [];
-  // Sphinx fetches each page that it has found, for the sentence around the word. From disk that is refused, and it does without.
-  page.on('pageerror', (error) => `${error}`.includes('Failed to fetch') || complaints.push(`${error}`));
+  page.on('pageerror', (error) => complaints.push(`${error}`));
   page.on('request', (request) => /^(data:|file:)/.test(request.url()) || complaints.push(request.url()));
   t.after(async () => {
     await context.close();
@@ -36,6 +35,16 @@ test('the search finds a section', async (t) => {
   await page.press('.sidebar-search', 'Enter');
   await page.getByRole('link', { name: 'The waiting room' }).click();
   await page.waitForURL(/scheduling\.html.*#the-waiting-room$/);
+});
+
+test('the search shows the sentence around the word', async (t) => {
+  const page = await open(t, 'search.html?q=certificate');
+  await page.getByText('Search finished').waitFor();
+  const results = page.locator('ul.search > li');
+  await results.first().locator('.context').waitFor();
+  const pages = await results.count();
+  await page.waitForFunction((count) => document.querySelectorAll('ul.search > li .context').length === count, pages);
+  assert.match((await results.locator('.context').allInnerTexts()).join(' '), /certificate/i);
 });
 
 test('what to do is found before why', async (t) => {
@@ -84,6 +93,20 @@ test("the teacher's page fits on one screen", async (t) => {
   const page = await open(t, 'docs/class.html', { viewport: { width: 1920, height: 940 } }); // 1080 without what a browser has around a page
   const { bottom, height } = await page.evaluate(() => ({ bottom: document.querySelector('article').getBoundingClientRect().bottom, height: innerHeight }));
   assert.ok(bottom <= height, `${bottom} of ${height}`);
+});
+
+test('the API reference has the colours of the other pages, light and dark', async (t) => {
+  for (const colorScheme of ['light', 'dark']) {
+    const colours = [];
+    for (const path of ['README.html', 'api/index.html']) {
+      const page = await open(t, path, { colorScheme });
+      colours.push(await page.evaluate(() => {
+        const style = (selector) => getComputedStyle(document.querySelector(selector));
+        return [style('body').backgroundColor, style('article p a, .contents p a').color, style('article p, .contents p').fontFamily];
+      }));
+    }
+    assert.deepEqual(colours[1], colours[0], colorScheme);
+  }
 });
 
 test('the API reference leaves the page its room on a telephone', async (t) => {
