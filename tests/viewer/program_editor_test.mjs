@@ -1,7 +1,7 @@
 // The editor for programs beside the simulation, against fake servers.
 
 import assert from 'node:assert/strict';
-import { existsSync } from 'node:fs';
+import { existsSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
@@ -13,11 +13,11 @@ const PACKAGES = fileURLToPath(new URL('../../build/node/src/web/view/node_modul
 const saved = async (path) => (await cloud.get('saved'))[path];
 const said = (page) => page.locator('#programs .said').textContent();
 
-// The fake servers show scripts as they are, and so have no CodeMirror: it is bundled here, as cmake/bundle.cmake does.
-function bundleOfCodeMirror() {
+// The fake servers show scripts as they are, and so none with libraries: these are bundled here, as cmake/bundle.cmake does.
+function bundle(script) {
   const { buildSync } = createRequire(`${PACKAGES}/`)('esbuild');
   const { outputFiles: [{ text }] } = buildSync({
-    entryPoints: [fileURLToPath(new URL('../../src/web/view/code_mirror.js', import.meta.url))],
+    entryPoints: [fileURLToPath(new URL(`../../src/web/view/${script}`, import.meta.url))],
     bundle: true, format: 'esm', minify: true, write: false, nodePaths: [PACKAGES],
   });
   return text;
@@ -31,14 +31,16 @@ const EDITORS = [{
   wrongText: '3',
 }];
 if (existsSync(`${PACKAGES}/@codemirror`)) {
-  const body = bundleOfCodeMirror();
+  const bundles = Object.fromEntries(['archive.js', 'code_mirror.js'].map((script) => [script, bundle(script)]));
   EDITORS.push({
     name: 'CodeMirror',
     element: '#programs .cm-content',
     text: async (page) => (await page.locator('#programs .cm-line').allTextContents()).join('\n'),
     wrong: '#programs .cm-wrong',
     wrongText: 'while robot.step(32) != -1:',
-    prepare: (page) => page.route('**/view/code_mirror.js', (route) => route.fulfill({ contentType: 'text/javascript', body })),
+    prepare: (page) => page.route(/\/view\/(archive|code_mirror)\.js$/, (route) => {
+      route.fulfill({ contentType: 'text/javascript', body: bundles[route.request().url().split('/').pop()] });
+    }),
   });
 } else {
   test('CodeMirror', { skip: 'npm has not installed it' }, () => {});
@@ -159,6 +161,37 @@ each('a page that cannot be reached any more closes the editor, and keeps what w
   await page.click('#quit');
   await state(page, 'idle');
   assert.equal(await page.locator('#programs').isHidden(), true);
+});
+
+each('a program of this computer is taken, by its name, and none that is too large', async (t, editor) => {
+  const page = await openEditor(t, editor);
+  const choose = (name, text) => page.setInputFiles('#programs input[type=file]', { name, mimeType: 'text/x-python', buffer: Buffer.from(text) });
+  await choose('map.py', 'MAP = 2\n');
+  await has(page, editor, 'MAP = 2\n');
+  assert.equal(await page.inputValue('#programs select'), 'drive/map.py');
+  assert.equal(await said(page), 'drive/map.py is what you have uploaded. Press Run to try it.');
+  await choose('other.py', 'OTHER = 1\n');
+  await has(page, editor, 'OTHER = 1\n');
+  await choose('other.py', 'x'.repeat(2 << 20));
+  await until(async () => await said(page) === 'This file is too large for a program.', 'the sentence');
+  assert.equal(await editor.text(page), 'OTHER = 1\n');
+  await page.click('#programs .primary');
+  await until(async () => await saved('drive/map.py') === 'OTHER = 1\n', 'the program');
+});
+
+each('programs are downloaded, several as an archive', async (t, editor) => {
+  const page = await openEditor(t, editor);
+  await page.fill(editor.element, 'print("mine")\n');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#programs button:text("Download")')]);
+  const bytes = readFileSync(await download.path());
+  if (editor.prepare === undefined) { // without the library
+    assert.deepEqual([download.suggestedFilename(), bytes.toString()], ['drive.py', 'print("mine")\n']);
+    return;
+  }
+  assert.equal(download.suggestedFilename(), 'controllers.zip');
+  const { strFromU8, unzipSync } = createRequire(`${PACKAGES}/`)('fflate');
+  const files = Object.entries(unzipSync(bytes)).map(([path, content]) => [path, strFromU8(content)]);
+  assert.deepEqual(files, [['drive/drive.py', 'print("mine")\n'], ['drive/map.py', 'MAP = 1\n']]);
 });
 
 test('CodeMirror searches in the language of the page', { skip: EDITORS.length < 2 }, async (t) => {

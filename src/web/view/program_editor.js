@@ -5,6 +5,7 @@ import { createTextEditor } from './text_editor.js';
 import { say } from './texts.js';
 
 const KEEP_MS = 400; // after the last key
+const MOST_UPLOADED = 1 << 20; // bytes; servers take less
 
 export class ProgramEditor {
   #programs;
@@ -17,6 +18,8 @@ export class ProgramEditor {
   #runs = make('button', { type: 'button', className: 'primary' });
   #undoes = make('button', { type: 'button' });
   #saves = make('button', { type: 'button' });
+  #brings = make('button', { type: 'button' });
+  #picker = make('input', { type: 'file', hidden: true });
   #path = '';
   #originals = new Map(); // of files that were opened
   #texts = new Map(); // as the simulation has them
@@ -162,18 +165,22 @@ export class ProgramEditor {
     this.#runs.title = say('code.runKeys');
     this.#undoes.textContent = say('code.undo');
     this.#saves.textContent = say('code.download');
+    this.#brings.textContent = say('code.upload');
+    this.#brings.title = say('code.uploadWhat');
     this.#status.textContent = this.#saidStatus();
   }
 
   #build() {
     const head = make('div', { className: 'head' });
-    head.append(this.#files, this.#runs, this.#undoes, this.#saves);
+    head.append(this.#files, this.#runs, this.#undoes, this.#brings, this.#saves, this.#picker);
     this.#status.setAttribute('role', 'status');
     this.#element.append(head, this.#text.element, this.#status);
     this.#files.addEventListener('change', () => this.open(this.#files.value));
     this.#runs.addEventListener('click', () => this.run());
     this.#undoes.addEventListener('click', () => this.undoAll());
     this.#saves.addEventListener('click', () => this.#download());
+    this.#brings.addEventListener('click', () => this.#picker.click());
+    this.#picker.addEventListener('change', () => this.#upload(this.#picker.files[0]));
     this.#programs.addEventListener('list', () => this.#offerFiles());
   }
 
@@ -195,10 +202,34 @@ export class ProgramEditor {
 
   #mark() { this.#text.mark(this.#wrong.get(this.#path) ?? null); }
 
-  #download() {
-    const link = make('a', { href: URL.createObjectURL(new Blob([this.#text.text], { type: 'text/plain' })), download: this.#path.split('/').pop() });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href));
+  // A file of this computer takes the place of the program with its name, or else of what is in the editor.
+  async #upload(file) {
+    this.#picker.value = ''; // so that the same one can be chosen again
+    if (file === undefined)
+      return;
+    if (file.size > MOST_UPLOADED)
+      return this.#tell(() => say('code.uploadTooLarge'), true);
+    const text = await file.text();
+    const path = this.#programs.list.map((each) => each.path).find((each) => each.endsWith(`/${file.name}`)) ?? this.#path;
+    await this.open(path);
+    this.#drafts.set(path, text);
+    this.#keep();
+    await this.open(path);
+    this.#tell(() => say('code.uploaded', { file: path }));
+  }
+
+  // All programs as an archive, or the one that there is.
+  async #download() {
+    const paths = [...this.#files.options].map(({ value }) => value);
+    if (paths.length > 1) {
+      try {
+        const { archive } = await import(new URL('archive.js', import.meta.url).href);
+        return offer(archive(await Promise.all(paths.map(async (path) => [path, this.#drafts.get(path) ?? await this.#programs.text(path)]))), 'controllers.zip');
+      } catch (error) {
+        console.info(`Only what is in the editor is downloaded: ${error.message}`);
+      }
+    }
+    offer(new Blob([this.#text.text], { type: 'text/plain' }), this.#path.split('/').pop());
   }
 
   #tell(text, problem = false) {
@@ -206,6 +237,12 @@ export class ProgramEditor {
     this.#status.textContent = text();
     this.#status.classList.toggle('problem', problem);
   }
+}
+
+function offer(blob, download) {
+  const link = make('a', { href: URL.createObjectURL(blob), download });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href));
 }
 
 function make(name, properties = {}) {
