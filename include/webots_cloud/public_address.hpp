@@ -29,7 +29,7 @@ struct AskedAddress
 {
     AskedAddress() = default;
 
-    std::string host; ///< The Host header, as it came.
+    std::string host; ///< The Host header, as it came; without a port, with that of `X-Forwarded-Port`.
     std::string path; ///< `X-Forwarded-Prefix`: as in PublicAddress. Empty: none, or none that makes sense.
     bool tls = false; ///< `X-Forwarded-Proto` is `https`.
 

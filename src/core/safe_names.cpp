@@ -74,6 +74,16 @@ bool is_safe_file_name(std::string_view name)
     return is_harmless_file_name(name) && is_utf8(name) && std::none_of(name.begin(), name.end(), is_control);
 }
 
+void tell_forbidden(std::vector<std::string>& told, std::string_view path)
+{
+    constexpr std::size_t shown = 200;
+    if (told.size() == max_forbidden)
+        return;
+    auto text = printable(path, shown);
+    if (std::find(told.begin(), told.end(), text) == told.end())
+        told.push_back(std::move(text));
+}
+
 bool link_stays_inside(std::string_view target, std::size_t depth)
 {
     if (target.empty() || target.size() > 1023 || target.front() == '/' ||

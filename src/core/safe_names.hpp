@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::core {
 
@@ -22,6 +24,13 @@ bool is_harmless_file_name(std::string_view name);
 /// True when a name that somebody writes to us, in an address or a message, is that of a file: a harmless
 /// one, and text, which is well-formed UTF-8 without control characters.
 bool is_safe_file_name(std::string_view name);
+
+/// Of how many files that are left out for their names the author of a project is told.
+constexpr std::size_t max_forbidden = 16;
+
+/// Adds `path`, as it may be shown, to those of which the author is told, unless it is there or they are
+/// enough.
+void tell_forbidden(std::vector<std::string>& told, std::string_view path);
 
 /// True when a symbolic link that lies `depth` folders below the root of what is given out provably stays
 /// inside: its target is relative, begins with at most `depth` parts `..` and has none after that.

@@ -64,6 +64,8 @@ Answer respond(std::span<Route<Service> const> routes, Service& service, Incomin
     if (asks_for_options(request))
         return core::options_page();
     auto const* const route = find(routes, request.path);
+    if (request.path.starts_with("//"))
+        return core::two_slashes_page();
     if (!route || (route->may_ask && !(service.*route->may_ask)(request)))
         return core::not_found_page();
     if (!core::permits(route->methods, request.method)) {

@@ -5,6 +5,7 @@
 #include "adapters/files/remove_tree.hpp"
 #include "adapters/projects/zip_unpack.hpp"
 #include "core/projects/archive_path.hpp"
+#include "core/safe_names.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -59,7 +60,7 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     auto const text = fuzz::text_of(data, size);
     if (auto const path = core::archive_path(text))
-        fuzz::require(fuzz::stays_inside(*path));
+        fuzz::require(path->is_forbidden || fuzz::stays_inside(path->path));
 
     static Scratch const scratch;
     FileDescriptor const archive(::memfd_create("archive", MFD_CLOEXEC));
@@ -68,6 +69,7 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     std::atomic<bool> const aborted = false;
     auto const unpacked = unpack_zip(archive.get(), root->get(), limits(), aborted);
     fuzz::require(unpacked || !unpacked.error().message().empty());
+    fuzz::require(!unpacked || unpacked->size() <= core::max_forbidden);
     fuzz::require(std::distance(fs::directory_iterator(scratch.path), fs::directory_iterator()) == 1);
     if (fs::is_empty(scratch.path / "root"))
         return 0;

@@ -84,7 +84,7 @@ void layout(std::string_view recipe)
         asked = 0;
         auto const items = core::lay_out_git_folder(*way, limits, lookup);
         fuzz::require(asked <= limits.items + 1);
-        fuzz::require(way->forbidden.size() <= core::GitWay::max_forbidden);
+        fuzz::require(way->forbidden.size() <= core::max_forbidden);
         if (items)
             check(*items, limits, static_cast<std::size_t>(depth));
     }

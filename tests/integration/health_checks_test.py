@@ -11,7 +11,7 @@ from support import haproxy  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import PATIENCE, SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
-CHECKS = {"": "its own", "OPTIONS *": "no path", "GET /readyz/": "a slash at the end", "HEAD /livez": "the documented one"}
+CHECKS = {"": "its own", "HEAD /": "the first page", "OPTIONS *": "no path", "GET /readyz/": "a slash at the end", "HEAD /livez": "the documented one"}
 
 
 class HealthChecks(unittest.TestCase):

@@ -120,7 +120,7 @@ class Starts(unittest.IsolatedAsyncioTestCase):
 
     def test_people_who_open_the_root_are_led_to_the_monitor(self):
         with server() as simulation:
-            self.assertEqual(simulation.ask("/")[0], 404, "programs, as with the Python servers")
+            self.assertEqual(simulation.ask("/"), (200, "1"), "programs")
             status, page = simulation.ask("/", headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
             self.assertEqual(status, 200)
             self.assertEqual(page, simulation.ask("/monitor", headers={"Accept": "text/html"})[1])

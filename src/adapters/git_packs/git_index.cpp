@@ -140,7 +140,7 @@ result<GitIndex> parse_index(std::string_view text)
     std::size_t i = 1;
     for (; lines[i].starts_with(forbidden_mark); ++i) {
         auto const path = lines[i].substr(forbidden_mark.size());
-        if (!core::is_printable(path) || index.forbidden.size() == core::GitWay::max_forbidden)
+        if (!core::is_printable(path) || index.forbidden.size() == core::max_forbidden)
             return malformed();
         index.forbidden.emplace_back(path);
     }

@@ -148,8 +148,10 @@ private:
         unpacked.entries = order_.limits.files;
         unpacked.bytes = order_.limits.bytes;
         unpacked.share = &share_;
-        if (auto const done = adapters::unpack_zip((*archive)->get(), root->get(), unpacked, aborted_); !done)
-            return done.error();
+        auto left_out = adapters::unpack_zip((*archive)->get(), root->get(), unpacked, aborted_);
+        if (!left_out)
+            return left_out.error();
+        forbidden_ = std::move(*left_out);
         if (auto const done = make_runnable(order_.directory); !done)
             return done.error();
         return true;
@@ -180,6 +182,7 @@ private:
         fetched.revision = std::move(revision);
         fetched.world_header = std::move(*header);
         fetched.webots_yml = adapters::read_webots_yml(fetched.root);
+        fetched.forbidden = std::move(forbidden_);
         return fetched;
     }
 
@@ -191,6 +194,7 @@ private:
     std::atomic<bool> const& aborted_;
     TimePoint deadline_;
     adapters::FetchShare share_;
+    std::vector<std::string> forbidden_; ///< What the archive has beside the project, for its author.
 };
 
 class WebsiteSource final : public ProjectSource

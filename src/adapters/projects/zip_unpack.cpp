@@ -8,6 +8,7 @@
 #include "core/projects/archive_path.hpp"
 #include "core/projects/zip_directory.hpp"
 #include "core/refusals.hpp"
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/error.hpp>
@@ -97,17 +98,17 @@ public:
           aborted_(aborted)
     {}
 
-    result<> run()
+    result<std::vector<std::string>> run()
     {
         for (;;) {
             archive_entry* entry = nullptr;
             auto const outcome = archive_read_next_header(reader_, &entry);
             if (outcome == ARCHIVE_EOF)
-                return {};
+                return std::move(forbidden_);
             if (outcome != ARCHIVE_OK)
                 return bad_zip(reader_);
             if (auto const added = add(entry); !added)
-                return added;
+                return added.error();
         }
     }
 
@@ -115,22 +116,27 @@ private:
     result<> add(archive_entry* entry)
     {
         auto const* const name = archive_entry_pathname(entry);
-        auto const path = core::archive_path(name ? name : "");
-        if (!path)
-            return path.error();
-        if (auto const judged = judge(entry, *path); !judged)
+        auto const place = core::archive_path(name ? name : "");
+        if (!place)
+            return place.error();
+        if (place->is_forbidden) {
+            core::tell_forbidden(forbidden_, place->path);
+            return count(place->path);
+        }
+        auto const& path = place->path;
+        if (auto const judged = judge(entry, path); !judged)
             return judged;
-        if (auto const made = make_folders_of(*path); !made)
+        if (auto const made = make_folders_of(path); !made)
             return made;
-        auto const folder = walk_.parent_of(*path);
+        auto const folder = walk_.parent_of(path);
         if (!folder)
             return folder.error();
         bool const is_folder = archive_entry_filetype(entry) == AE_IFDIR;
-        if (auto const counted = count(*path); !counted)
+        if (auto const counted = count(path); !counted)
             return counted;
-        if (!is_folder && !seen_.insert(*path).second)
-            return refuse("two files with one name", *path);
-        return is_folder ? make(*folder, file_name(*path), *path) : write(*folder, file_name(*path), *path);
+        if (!is_folder && !seen_.insert(path).second)
+            return refuse("two files with one name", path);
+        return is_folder ? make(*folder, file_name(path), path) : write(*folder, file_name(path), path);
     }
 
     result<> judge(archive_entry* entry, std::string const& path) const
@@ -247,12 +253,14 @@ private:
     std::uint64_t bytes_ = 0;
     std::unordered_set<std::string> seen_;    ///< Files.
     std::unordered_set<std::string> folders_; ///< That are there for certain.
+    std::vector<std::string> forbidden_;      ///< What is left out, as it may be shown.
     std::array<char, block> buffer_;
 };
 
 } // namespace
 
-result<> unpack_zip(int file, int root, UnpackLimits const& limits, std::atomic<bool> const& aborted)
+result<std::vector<std::string>> unpack_zip(int file, int root, UnpackLimits const& limits,
+                                            std::atomic<bool> const& aborted)
 {
     auto const end = ::lseek(file, 0, SEEK_END);
     if (end < 0 || ::lseek(file, 0, SEEK_SET) != 0)
@@ -262,7 +270,7 @@ result<> unpack_zip(int file, int root, UnpackLimits const& limits, std::atomic<
     if (!tail)
         return tail.error();
     if (auto const checked = core::check_zip_directory(*tail, size, limits.entries); !checked)
-        return checked;
+        return checked.error();
 
     // A reader takes the list of all entries into memory, and several times as much as the list is long.
     constexpr std::uint64_t growth = 8;
@@ -271,7 +279,7 @@ result<> unpack_zip(int file, int root, UnpackLimits const& limits, std::atomic<
     list.memory = std::min(growth * size, max_list_memory);
     if (limits.share)
         if (auto const taken = limits.share->take(list); !taken)
-            return taken;
+            return taken.error();
 
     Utf8Locale const locale;
     std::unique_ptr<archive, FreeArchive> const reader(archive_read_new());

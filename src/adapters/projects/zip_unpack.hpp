@@ -7,6 +7,8 @@
 
 #include <atomic>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 namespace webots_cloud::adapters {
 
@@ -23,11 +25,13 @@ struct UnpackLimits
 };
 
 /// Unpacks the zip in the open file `archive`, from its beginning, into the open folder `root`, over what is
-/// there: files are replaced. Nothing but files and folders is made, and nothing outside of `root`. Blocks.
+/// there: files are replaced. Nothing but files and folders is made, and nothing outside of `root`. Returns
+/// what is left out since its name could do harm, as in `FetchedProject::forbidden`. Blocks.
 ///
-/// Errors: `protocol_error` (no zip, damaged, encrypted, forbidden names, links, devices), `too_large`,
+/// Errors: `protocol_error` (no zip, damaged, encrypted, a name twice, links, devices), `too_large`,
 /// `unavailable` (disk), `operation_aborted` soon after `aborted` becomes true; the detail is a sentence.
 /// What was unpacked before stays.
-result<> unpack_zip(int archive, int root, UnpackLimits const& limits, std::atomic<bool> const& aborted);
+result<std::vector<std::string>> unpack_zip(int archive, int root, UnpackLimits const& limits,
+                                            std::atomic<bool> const& aborted);
 
 } // namespace webots_cloud::adapters

@@ -29,6 +29,19 @@ std::string host_of(std::string_view header, Port port)
     return std::string(host.data(), host.size());
 }
 
+/// Completed by the port that a proxy names, and has left out of the Host header. Of the usual ports one is
+/// that of another proxy in front: it is left out, as browsers do.
+std::string with_port(std::string_view host, std::string_view port)
+{
+    constexpr std::uint16_t https = 443;
+    constexpr std::uint16_t http = 80;
+    auto const number = parse_port(port);
+    auto const authority = boost::urls::parse_authority(host);
+    bool const is_complete = number == 0 || number == https || number == http || !authority ||
+                             authority->encoded_host().empty() || authority->has_port();
+    return is_complete ? std::string(host) : concat(host, ":", std::to_string(number));
+}
+
 std::string_view scheme_of(bool tls) noexcept
 {
     return tls ? "wss://" : "ws://";
@@ -47,6 +60,7 @@ AskedAddress asked_address(HeaderFields fields, bool is_from_proxy)
         return asked;
     }
     bool has_host = false;
+    std::string_view port;
     for (auto const& [name, value] : fields) {
         if (!has_host && equal_ignoring_case(name, "Host")) {
             asked.host = value;
@@ -54,11 +68,14 @@ AskedAddress asked_address(HeaderFields fields, bool is_from_proxy)
         } else if (equal_ignoring_case(name, "X-Forwarded-Prefix")) {
             auto const path = value.substr(0, value.size() - (value.ends_with('/') ? 1 : 0));
             asked.path = is_site_path(path) ? path : std::string_view();
+        } else if (equal_ignoring_case(name, "X-Forwarded-Port")) {
+            port = value;
         } else if (equal_ignoring_case(name, "X-Forwarded-Proto")) {
             // Traefik writes the scheme of a WebSocket.
             asked.tls = equal_ignoring_case(value, "https") || equal_ignoring_case(value, "wss");
         }
     }
+    asked.host = with_port(asked.host, port);
     return asked;
 }
 

@@ -79,8 +79,8 @@ inline constexpr std::array connection_keys{
     ConfigKey{
         .name = "trustedProxies",
         .value = member<&Config::network, &NetworkConfig::trusted_proxies>,
-        .text = "addresses and networks of proxies whose `X-Forwarded-For`, `X-Forwarded-Prefix` and "
-                "`X-Forwarded-Proto` are trusted, see "
+        .text = "addresses and networks of proxies whose `X-Forwarded-For`, `X-Forwarded-Prefix`, "
+                "`X-Forwarded-Proto` and `X-Forwarded-Port` are trusted, see "
                 "[docs/access.md](docs/access.md#clients-behind-proxies)",
     },
 };

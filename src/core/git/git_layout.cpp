@@ -136,9 +136,7 @@ void GitWay::leave_out_parent_files()
 
 void GitWay::forbid(std::string_view folder, std::string_view name)
 {
-    constexpr std::size_t shown = 200;
-    if (forbidden.size() < max_forbidden)
-        forbidden.push_back(printable(inside(std::string(folder), name), shown));
+    tell_forbidden(forbidden, inside(std::string(folder), name));
 }
 
 result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitLayoutLimits const& limits,

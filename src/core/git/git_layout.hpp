@@ -48,7 +48,6 @@ struct GitWay
     bool left_out = false;            ///< There were too many of these: none is among the items.
     /// Files and folders that are left out for their names, as they may be shown: the first of them.
     std::vector<std::string> forbidden;
-    static constexpr std::size_t max_forbidden = 16;
 
     /// A file or folder of this name, in the folder at `path`, is left out.
     void forbid(std::string_view path, std::string_view name);

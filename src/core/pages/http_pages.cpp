@@ -46,6 +46,14 @@ HttpResponse not_found_page()
     return status_page(404, "404: Not Found");
 }
 
+HttpResponse two_slashes_page()
+{
+    return {
+        404, std::string(html_type),
+        "Nothing here begins with two slashes. Where the proxy in front has added one, its address of this "
+        "server ends with a slash too many."};
+}
+
 HttpResponse options_page()
 {
     HttpResponse response(204, {}, {});

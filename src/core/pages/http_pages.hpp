@@ -22,6 +22,10 @@ HttpResponse readiness_page(std::string_view but, bool as_json);
 
 HttpResponse not_found_page();
 
+/// 404 for a path that begins with two slashes: people learn whose fault that is. It is no other spelling of
+/// a path, since rules of proxies about paths would not hold for it.
+HttpResponse two_slashes_page();
+
 /// The answer to `GET /metrics`: `own` figures, and below them those of `more`, unless that is empty.
 HttpResponse metrics_page(std::string own, std::function<std::string()> const& more);
 

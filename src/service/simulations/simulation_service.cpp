@@ -75,7 +75,6 @@ struct SimulationService::Impl
     Answer client_without_upgrade(IncomingRequest const& request);
     Answer list_worlds(IncomingRequest const& request) { return worlds.answer(request); }
     Answer world_picture(IncomingRequest const& request);
-    bool is_person(IncomingRequest const& request) const;
     bool has_ticket(IncomingRequest const& request) const;
     bool admit(std::uint64_t id, ChannelInfo const& info, core::SimulationRequest const& request,
                Channel& channel);
@@ -208,7 +207,7 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
 {
     static constexpr auto table = std::to_array<Route<Impl>>({
         // clang-format off
-        {"/",             core::Methods::read, &Impl::is_person,           Upgrade::ignored,  &Impl::front_page},
+        {"/",             core::Methods::read, everybody,                  Upgrade::ignored,  &Impl::front_page},
         {"/client",       core::Methods::get,  everybody,                  Upgrade::accepted, &Impl::client_without_upgrade},
         {"/worlds",       core::Methods::read, everybody,                  Upgrade::ignored,  &Impl::list_worlds},
         {"/worlds/picture/*", core::Methods::read, everybody,              Upgrade::ignored,  &Impl::world_picture},
@@ -220,16 +219,15 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
     return table;
 }
 
-bool SimulationService::Impl::is_person(IncomingRequest const& request) const
+/// People who have typed the address of the machine are led to what it has for them; programs, such as health
+/// checks, are answered as by a session server.
+Answer SimulationService::Impl::front_page(IncomingRequest const& request)
 {
-    return request.header("Accept").find("text/html") != std::string_view::npos;
-}
-
-/// People who have typed the address of the machine are led to what it has for them.
-Answer SimulationService::Impl::front_page(IncomingRequest const&)
-{
-    HttpResponse response(302, {}, {});
-    response.headers.emplace_back("Location", "monitor"); // relative, for proxies that rewrite paths
+    bool const is_person = request.header("Accept").find("text/html") != std::string_view::npos;
+    auto response =
+        is_person ? HttpResponse(302, {}, {}) : core::page(status.takes_simulations() ? "1" : "0");
+    if (is_person)
+        response.headers.emplace_back("Location", "monitor"); // relative, for proxies that rewrite paths
     response.headers.emplace_back("Vary", "Accept");
     return response;
 }

@@ -461,9 +461,14 @@ Answer StatusEndpoints::liveness(IncomingRequest const&)
     return core::page("alive");
 }
 
+bool StatusEndpoints::takes_simulations() const
+{
+    return !context_.state.is_draining() && !context_.admission.is_full();
+}
+
 Answer StatusEndpoints::readiness(IncomingRequest const& request)
 {
-    if (context_.state.is_draining() || context_.admission.is_full())
+    if (!takes_simulations())
         return HttpResponse(503, std::string(core::html_type),
                             context_.state.is_draining() ? "draining" : "full");
     bool const wants_json = request.header("Accept").find("application/json") != std::string_view::npos;

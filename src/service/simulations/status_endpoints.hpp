@@ -63,6 +63,9 @@ public:
 
     double load() const noexcept { return average_.value(); }
 
+    /// Whether somebody who comes now gets a simulation, as far as places are concerned.
+    bool takes_simulations() const;
+
 private:
     boost::asio::awaitable<void> look_at_some();
     void want_look();

@@ -59,6 +59,16 @@ std::string allowed(HttpResponse const& refusal)
 
 } // namespace
 
+BOOST_AUTO_TEST_CASE(two_slashes_are_not_one_and_people_are_told_why)
+{
+    for (std::string const path : {"//page", "//", "//secret"}) {
+        auto const answered = response("GET", path);
+        BOOST_TEST(answered.status == 404, path);
+        BOOST_TEST(answered.body.find("the proxy in front has added one") != std::string::npos, path);
+    }
+    BOOST_TEST(response("GET", "/nothing//page").body.find("proxy") == std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(a_path_is_found_as_it_is_written)
 {
     BOOST_TEST(response("GET", "/page").body == "page");

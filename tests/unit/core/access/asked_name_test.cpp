@@ -97,6 +97,17 @@ BOOST_AUTO_TEST_CASE(path_and_scheme_are_believed_of_a_trusted_proxy_alone)
     BOOST_TEST(tls("wss")); // Traefik's, for a WebSocket
     for (auto const* other : {"http", "", "https, http", "ws", "httpss"})
         BOOST_TEST(!tls(other), other);
+    auto const host = [](std::string_view name, std::string_view port, bool is_from_proxy = true) {
+        return asked_address(Fields{{"X-Forwarded-Port", port}, {"Host", name}}, is_from_proxy).host;
+    };
+    BOOST_TEST(host("sim.org", "8443") == "sim.org:8443");
+    BOOST_TEST(host("[2001:db8::1]", "8443") == "[2001:db8::1]:8443");
+    BOOST_TEST(host("sim.org:9443", "8443") == "sim.org:9443", "what the browser has said");
+    BOOST_TEST(host("sim.org", "8443", false) == "sim.org");
+    for (auto const* usual : {"443", "80", "", "0", "70000", "8443, 443", "x"})
+        BOOST_TEST(host("sim.org", usual) == "sim.org", usual);
+    for (auto const* bad : {"", "a b", ":80"})
+        BOOST_TEST(host(bad, "8443") == bad);
     // A proxy that adds its field to the client's has the last word, be it a bad one.
     BOOST_TEST((asked_address(Fields{{"X-Forwarded-Prefix", "/forged"}, {"X-Forwarded-Prefix", "/webots"}},
                               true) == asked("", "/webots")));

@@ -252,7 +252,7 @@ BOOST_AUTO_TEST_CASE(of_many_forbidden_names_the_first_are_told)
     GitWay way;
     way.tree = id(1);
     BOOST_TEST(repository.layout(way, {}) == "");
-    BOOST_TEST(way.forbidden.size() == GitWay::max_forbidden);
+    BOOST_TEST(way.forbidden.size() == max_forbidden);
     BOOST_TEST(way.forbidden.front().size() <= 203u);
 }
 
