@@ -5,6 +5,7 @@
 #include "core/git/git_layout.hpp"
 #include "core/git/git_problem.hpp"
 #include "core/git/git_tree.hpp"
+#include "core/safe_names.hpp"
 
 #include <map>
 #include <string>
@@ -252,7 +253,7 @@ BOOST_AUTO_TEST_CASE(of_many_forbidden_names_the_first_are_told)
     GitWay way;
     way.tree = id(1);
     BOOST_TEST(repository.layout(way, {}) == "");
-    BOOST_TEST(way.forbidden.size() == max_forbidden);
+    BOOST_TEST(way.forbidden.size() == core::max_forbidden);
     BOOST_TEST(way.forbidden.front().size() <= 203u);
 }
 
