@@ -54,6 +54,9 @@ struct SessionServiceHooks
     std::function<std::string(std::string_view server)> make_ticket;
     /// So many bytes that nobody can guess, for the codes and keys of classes. Empty: there are no classes.
     std::function<std::string(std::size_t size)> random_bytes;
+    /// Where the other machines of our networks find this one, for teachers whose page is open as localhost,
+    /// which nobody else can open. Empty: they are told of none.
+    std::function<std::vector<std::string>()> shared_addresses;
     /// To simulation servers, for `SessionServiceConfig::relay`. Must outlive the service.
     WebSocketClient* websockets = nullptr;
     /// Asks simulation servers which worlds they have, for the gallery. Must outlive the service. Null: it

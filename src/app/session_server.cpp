@@ -218,6 +218,7 @@ result<SessionServiceHooks> service_hooks(SessionConfig const& config, MachineDi
         };
     hooks.make_ticket = std::move(*tickets);
     hooks.random_bytes = random_bytes;
+    hooks.shared_addresses = shared_ipv4_addresses;
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     return hooks;
 }

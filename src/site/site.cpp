@@ -10,11 +10,11 @@
 #include "core/time_text.hpp"
 #include "launch.hpp"
 #include "log_folder.hpp"
-#include "network.hpp"
 #include "process_table.hpp"
 #include "running.hpp"
 #include "start.hpp"
 
+#include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/probes.hpp>
 
@@ -136,7 +136,7 @@ void show_class(Settings const& session)
     if (!session.has_classes)
         return;
     auto const addresses =
-        is_for_this_machine(session) ? std::vector<std::string>() : shared_addresses(interface_addresses());
+        is_for_this_machine(session) ? std::vector<std::string>() : shared_ipv4_addresses();
     say(concat("For a class: ", site_address(session, addresses.empty() ? "localhost" : addresses.back()),
                "class/"));
     auto const& file = session.teacher_password_file;
@@ -161,7 +161,7 @@ void show_code(std::string const& address)
 void show_network_addresses(Settings const& session)
 {
     std::string last;
-    for (auto const& own : shared_addresses(interface_addresses())) {
+    for (auto const& own : shared_ipv4_addresses()) {
         last = site_address(session, own);
         say("From other machines of the network: " + last);
     }

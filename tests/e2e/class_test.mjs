@@ -6,8 +6,9 @@ import { readdir } from 'node:fs/promises';
 import { test } from 'node:test';
 
 import { openBrowser, openPage, until } from '../viewer/page.mjs';
-import { assertNothingIsKept, attend, fillForm, openClass, press, says, shown, simulated, startClassSite, state, tellAll, tile, time } from './class_site.mjs';
+import { WORLD, assertNothingIsKept, attend, fillForm, openClass, press, says, shown, simulated, startClassSite, state, tellAll, tile, time } from './class_site.mjs';
 
+const OTHER_WORLD = WORLD.replace('arena', 'corridor');
 const NAMES = ['Ada', 'Grace', 'Hedy'];
 const MORE = 27;
 
@@ -101,10 +102,28 @@ test('a lesson from the first student to the last', { timeout: 200000 }, async (
   await teacher.waitForFunction((count) => document.querySelectorAll('.tile[data-pictured]').length === count, NAMES.length + MORE);
   await says(teacher, '#fetch-status', '1 of 1');
 
-  // One ends, one leaves, one is removed.
+  // One ends, and starts again; a hand is raised, and lowered.
   await press(teacher, 'Ada', 'end');
   await teacher.click('#question-yes');
   await state(pages[0], 'ended');
+  await teacher.click('#for-all [data-do="start"]');
+  await state(pages[0], 'running');
+  await pages[1].click('[data-sign="hand"]');
+  await until(async () => await teacher.locator('.name').first().textContent() === 'Grace', 'Grace to be the first');
+  await press(teacher, 'Grace', 'lower');
+  await pages[1].waitForSelector('[data-sign="hand"][aria-pressed="false"]');
+
+  // Another world is started by all.
+  await teacher.click('#for-all [data-do="world"]');
+  await teacher.fill('#another-world', OTHER_WORLD);
+  await teacher.click('#another .primary');
+  await says(teacher, '#class-world', OTHER_WORLD);
+  for (const page of pages)
+    await until(async () => (await page.evaluate(() => document.querySelector('#simulation > div').shadowRoot.textContent)).includes('corridor'), 'the corridor');
+  for (const page of pages)
+    await state(page, 'running');
+
+  // One leaves, one is removed.
   await pages[2].click('#leave');
   await until(async () => await tile(teacher, 'Hedy').count() === 0, 'Hedy to be gone');
   await press(teacher, 'Student 27', 'remove');

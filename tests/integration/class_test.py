@@ -193,6 +193,33 @@ class Lesson(OneServer):
         for secret in ("Ada", "Bob", "Look here", PASSWORD, opened["code"], opened["key"], joined["token"], joined["seat"], WORLD):
             self.assertNotIn(secret, log)
 
+    def test_a_lesson_flows(self):
+        teacher, opened = self.open_class()
+        guest = self.browser()
+        self.assertEqual(guest.ask({"check": opened["code"].lower()}), {"checked": opened["code"]})
+        self.assertEqual(guest.ask({"check": "222222"})["error"], "code")
+        ada, joined = self.join(opened["code"], "Ada")
+        self.assertEqual(teacher.until("student")["state"], "joined")
+        self.assertEqual(ada.ask({"sign": "hand"}), {"sign": "hand"})
+        self.assertEqual(teacher.until("student")["sign"], "hand")
+        ada.send({"state": {"state": "waiting", "why": "busy", "ahead": 2}})
+        waiting = teacher.until("student")
+        self.assertEqual((waiting["sign"], waiting["why"], waiting["ahead"]), ("hand", "busy", 2))
+        teacher.send({"tell": {"students": None, "do": "start"}})
+        self.assertEqual(ada.until("do"), "start")
+
+        other = WORLD.replace(".wbt", "_2.wbt")
+        changed = {"world": other, "mode": "w3d"}
+        teacher.send({"world": changed})
+        self.assertEqual(teacher.until("world"), changed)
+        self.assertNotIn("sign", teacher.until("student"))
+        self.assertEqual(ada.until("sign"), "none")
+        self.assertEqual(ada.until("world"), changed)
+        bob, late = self.join(opened["code"], "Bob")
+        self.assertEqual((late["world"], late["mode"]), (other, "w3d"))
+        self.assertEqual(bob.ask({"world": changed})["error"], "message")
+        self.assertEqual(self.browser().ask({"teach": {"key": opened["key"]}})["class"]["world"], other)
+
     def test_teachers_and_students_return(self):
         teacher, opened = self.open_class()
         ada, joined = self.join(opened["code"], "Ada")

@@ -71,6 +71,19 @@ test('students can come in by a link, a short code, and a QR code that has the l
   assert.equal(decode({ width: picture.width, height: picture.height, data }), link);
 });
 
+test('on a page that is open as localhost, the link is one for the network, or it is said how the site gets one', async (t) => {
+  const here = await address();
+  const there = here.replace('127.0.0.1', '192.168.1.5');
+  const network = { addresses: ['10.0.0.9', '192.168.1.5'], open: true };
+  const page = await openClass(t, { more: { network } });
+  assert.equal(await page.getAttribute('#link', 'href'), `${there}${CODE}`);
+  assert.equal(await page.isVisible('#link-local'), false);
+  const alone = await openClass(t, { ...PHONE, more: { network: { ...network, open: false } } });
+  assert.equal(await alone.getAttribute('#link', 'href'), `${here}${CODE}`);
+  await says(alone, '#link-local', `./server.sh restart --lan on it, then open ${there}`);
+  await clean(alone, 'this machine only');
+});
+
 test('the link is copied where browsers have no clipboard for pages, as by http', async (t) => {
   const page = await openPage(t, browser);
   await page.addInitScript(() => {

@@ -26,6 +26,9 @@ std::vector<std::string> own_ipv4_addresses();
 /// The same of IPv6.
 std::vector<std::string> own_ipv6_addresses();
 
+/// The IPv4 addresses where the other machines of our networks find this computer.
+std::vector<std::string> shared_ipv4_addresses();
+
 /// A user of this computer.
 struct Account
 {

@@ -1,7 +1,10 @@
+#include "core/access/interface_addresses.hpp"
+
 #include <webots_cloud/adapters/host.hpp>
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
+#include <net/if.h>
 #include <netinet/in.h>
 
 #include <algorithm>
@@ -24,14 +27,21 @@ std::string text_of(sockaddr const* address, int family)
     return ::inet_ntop(family, bytes, text, sizeof text) ? text : "";
 }
 
-std::vector<std::string> own_addresses_of(int family)
+using Interfaces = std::unique_ptr<ifaddrs, void (*)(ifaddrs*)>; // the first of a list; null: none is known
+
+Interfaces interfaces()
 {
     ifaddrs* first = nullptr;
     if (::getifaddrs(&first) != 0)
-        return {};
-    std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> const all(first, ::freeifaddrs);
+        first = nullptr;
+    return {first, ::freeifaddrs};
+}
+
+std::vector<std::string> own_addresses_of(int family)
+{
+    auto const all = interfaces();
     std::vector<std::string> addresses;
-    for (auto const* each = first; each; each = each->ifa_next)
+    for (auto const* each = all.get(); each; each = each->ifa_next)
         if (auto text = text_of(each->ifa_addr, family); !text.empty())
             addresses.push_back(std::move(text));
     std::sort(addresses.begin(), addresses.end());
@@ -49,6 +59,16 @@ std::vector<std::string> own_ipv4_addresses()
 std::vector<std::string> own_ipv6_addresses()
 {
     return own_addresses_of(AF_INET6);
+}
+
+std::vector<std::string> shared_ipv4_addresses()
+{
+    auto const all = interfaces();
+    std::vector<core::InterfaceAddress> addresses;
+    for (auto const* each = all.get(); each; each = each->ifa_next)
+        if (auto text = text_of(each->ifa_addr, AF_INET); !text.empty() && (each->ifa_flags & IFF_UP) != 0)
+            addresses.emplace_back(each->ifa_name, std::move(text));
+    return core::shared_addresses(addresses);
 }
 
 } // namespace webots_cloud

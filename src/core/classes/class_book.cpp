@@ -548,6 +548,10 @@ void ClassBook::add_teacher(Class& of, ClassConnection teacher)
     row.machines = hooks_.machines(teacher);
     if (row.machines.size() > class_limits::machines)
         row.machines.resize(class_limits::machines);
+    if (hooks_.network)
+        row.network = hooks_.network(teacher);
+    if (row.network.addresses.size() > class_limits::addresses)
+        row.network.addresses.resize(class_limits::addresses);
     say(teacher, class_message(row));
 }
 

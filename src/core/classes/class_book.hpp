@@ -49,6 +49,9 @@ struct ClassHooks
     std::function<std::size_t()> free_seats;
     /// Where the project of a class can be fetched beforehand, as this browser reaches the machines.
     std::function<std::vector<std::string>(ClassConnection teacher)> machines;
+    /// Where students reach the page, if this browser's address of it leads to this machine alone. Empty:
+    /// nobody knows.
+    std::function<ClassNetwork(ClassConnection teacher)> network;
     /// Where this browser reaches a simulator, whose entry is as `simulator_entry` makes it:
     /// `ws://host:2001`.
     std::function<std::string(std::string_view entry, ClassConnection teacher)> simulator_address;

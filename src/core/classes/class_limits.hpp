@@ -20,6 +20,7 @@ inline constexpr std::size_t world = 2048;          ///< Bytes of the address of
 inline constexpr std::size_t simulator = 300;       ///< Bytes of the address of a simulator.
 inline constexpr std::size_t message = 64 * 1024;   ///< Bytes of a message of a client: with a program.
 inline constexpr std::size_t machines = 64;         ///< That a teacher's page is told of.
+inline constexpr std::size_t addresses = 8;         ///< Of this machine in its networks, likewise.
 
 /// Connections that are in no class yet: of all clients, and of one address, behind which a school may be.
 inline constexpr std::size_t silent = 500;

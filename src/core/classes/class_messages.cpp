@@ -282,6 +282,14 @@ json::value value_of(StudentRow const& student)
     return object;
 }
 
+json::array array_of(std::vector<std::string> const& texts)
+{
+    json::array array;
+    for (auto const& text : texts)
+        array.emplace_back(text);
+    return array;
+}
+
 /// An object with this member alone.
 std::string message_with(std::string_view key, json::value value)
 {
@@ -370,9 +378,6 @@ std::string class_message(ClassRow const& row)
     json::array students;
     for (auto const& student : row.students)
         students.push_back(value_of(student));
-    json::array machines;
-    for (auto const& machine : row.machines)
-        machines.emplace_back(machine);
     json::object object;
     object["code"] = row.code;
     object["key"] = row.key;
@@ -381,7 +386,9 @@ std::string class_message(ClassRow const& row)
     object["seats"] = row.seats;
     object["reserved"] = row.reserved;
     object["students"] = std::move(students);
-    object["machines"] = std::move(machines);
+    object["machines"] = array_of(row.machines);
+    if (!row.network.addresses.empty())
+        object["network"] = {{"addresses", array_of(row.network.addresses)}, {"open", row.network.is_open}};
     return message_with("class", std::move(object));
 }
 

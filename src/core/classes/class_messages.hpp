@@ -208,6 +208,15 @@ struct StudentRow
     std::optional<std::int64_t> ahead;
 };
 
+/// Where other machines find this one.
+struct ClassNetwork
+{
+    ClassNetwork() = default;
+
+    std::vector<std::string> addresses; ///< `192.168.1.5`
+    bool is_open = false;               ///< The site answers there; else it is for this machine alone.
+};
+
 struct ClassRow
 {
     std::string_view code;
@@ -218,6 +227,7 @@ struct ClassRow
     std::size_t reserved = 0;
     std::vector<StudentRow> students;
     std::vector<std::string> machines;
+    ClassNetwork network;
 };
 
 /// `{"class":{...}}`

@@ -22,6 +22,9 @@ core::ClassHooks ClassEndpoint::book_hooks()
     hooks.random = hooks_.random_bytes;
     hooks.free_seats = [this] { return scheduler_.free_seats(clock_.now()); };
     hooks.machines = [this](core::ClassConnection teacher) { return machines_for(teacher); };
+    hooks.network = [this](core::ClassConnection teacher) {
+        return hooks_.network ? hooks_.network(conversations_.at(teacher).asked) : core::ClassNetwork();
+    };
     hooks.simulator_address = [this](std::string_view entry, core::ClassConnection teacher) {
         return hooks_.simulator_address(entry, conversations_.at(teacher).asked);
     };

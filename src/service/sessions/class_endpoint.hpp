@@ -27,6 +27,8 @@ struct ClassEndpointHooks
 
     /// Empty: there are no classes.
     core::RandomBytes random_bytes;
+    /// Where students find a page that a browser has asked for so, if that is a name for this machine alone.
+    std::function<core::ClassNetwork(AskedAddress const& asked)> network;
     /// Where a browser that has asked us so reaches a machine: `wss://host/2000`, with a ticket if need be.
     std::function<std::string(std::string_view server, AskedAddress const& asked)> machine_address;
     /// The same without a ticket: `wss://host/2000/simulation/abc/2001`.

@@ -11,6 +11,7 @@
 #include "core/access/controller_greeting.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/machine_paths.hpp"
+#include "core/access/site_access.hpp"
 #include "core/access/token_buckets.hpp"
 #include "core/classes/class_paths.hpp"
 #include "core/fleet/drain_order.hpp"
@@ -150,6 +151,7 @@ struct SessionService::Impl final : FleetObserver
     void settled() override;
 
     ClassEndpointHooks class_hooks();
+    core::ClassNetwork network_of(AskedAddress const& asked) const;
     ClientRelayParams relay_params() const;
     ClientRelayHooks relay_hooks();
 
@@ -329,9 +331,22 @@ ClassEndpointHooks SessionService::Impl::class_hooks()
 {
     ClassEndpointHooks of_classes;
     of_classes.random_bytes = hooks.random_bytes;
+    of_classes.network = std::bind_front(&Impl::network_of, this);
     of_classes.machine_address = std::bind_front(&Impl::machine_address, this);
     of_classes.simulator_address = std::bind_front(&Impl::address_of, this);
     return of_classes;
+}
+
+/// Only for those who have asked this machine by a name that it has for itself: others have a link for
+/// students, and need not know its networks.
+core::ClassNetwork SessionService::Impl::network_of(AskedAddress const& asked) const
+{
+    core::ClassNetwork network;
+    if (!hooks.shared_addresses || core::reach_of(asked.host) != core::Reach::this_machine)
+        return network;
+    network.addresses = hooks.shared_addresses();
+    network.is_open = params.address.host == core::asked_name;
+    return network;
 }
 
 ClientRelayParams SessionService::Impl::relay_params() const

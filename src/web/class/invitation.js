@@ -66,19 +66,37 @@ async function copy(text) {
   return isCopied;
 }
 
-// Shows how to come into the class with this code, in the language of the page.
-export function invite(code) {
-  const link = new URL(encodeURIComponent(code), new URL('./', location.href)).href;
+// Shows how to come into the class with this code, in the language of the page. `network` is what the class has told of this machine's
+// addresses, where the page is open under a name that leads nowhere else.
+export function invite(code, network) {
+  const folder = folderFor(network);
+  const link = new URL(encodeURIComponent(code), folder).href;
   element('link').href = link;
   setText('link', link.replace(/^https?:\/\//, ''));
   setText('class-code', code);
-  setText('short-link', new URL('./', link).href.replace(/^https?:\/\//, ''));
+  setText('short-link', folder.replace(/^https?:\/\//, ''));
   setText('short-code', code);
-  element('link-local').hidden = !isOfThisMachine(location.hostname);
-  setText('code-is', say('class.codeIs', { address: new URL('./', link).href.replace(/^https?:\/\//, '') }));
+  element('link-local').hidden = !isOfThisMachine(new URL(link).hostname);
+  const address = network === undefined ? '' : at(lastOf(network));
+  setText('link-local', address === '' ? say('class.linkLocal') : say('class.linkLocalAt', { address }));
+  setText('code-is', say('class.codeIs', { address: folder.replace(/^https?:\/\//, '') }));
   sayButtons();
   if (drawn !== link)
     showQrCode(drawn = link);
+}
+
+// Where students find the page: here, unless this is open as localhost on a site that answers in its network, too.
+function folderFor(network) {
+  return network?.open === true && isOfThisMachine(location.hostname) ? at(lastOf(network)) : new URL('./', location.href).href;
+}
+
+// The one that ./server.sh names.
+const lastOf = ({ addresses }) => addresses[addresses.length - 1];
+
+function at(address) {
+  const folder = new URL('./', location.href);
+  folder.hostname = address;
+  return folder.href;
 }
 
 async function showQrCode(link) {

@@ -271,8 +271,8 @@ export class Teacher {
   #sayClass() {
     if (this.#class === null)
       return;
-    const { code, world, seats, reserved } = this.#class;
-    invite(code);
+    const { code, world, seats, reserved, network } = this.#class;
+    invite(code, network);
     setText('where', code);
     setText('class-world', world);
     const waiting = this.#waiting;

@@ -3,7 +3,6 @@
 #include "site/answers.hpp"
 #include "site/credentials.hpp"
 #include "site/log_folder.hpp"
-#include "site/network.hpp"
 #include "unit_test.hpp"
 
 #include <string>
@@ -141,15 +140,6 @@ BOOST_AUTO_TEST_CASE(a_password_has_letters_that_nobody_mistakes)
                "abcd-efgh-jkmn");
     BOOST_TEST(!password_from("too few"));
     BOOST_TEST(!password_from(std::string(100, '\xff'))); // would make some letters likelier than others
-}
-
-BOOST_AUTO_TEST_CASE(only_addresses_that_others_reach_are_told)
-{
-    std::vector<InterfaceAddress> const all{{"lo", "127.0.0.1"},        {"eth0", "192.168.7.5"},
-                                            {"docker0", "172.17.0.1"},  {"br-12ab", "172.18.0.1"},
-                                            {"wlan0", "169.254.17.3"},  {"wlan0", "10.1.2.3"},
-                                            {"virbr0", "192.168.122.1"}};
-    BOOST_TEST((shared_addresses(all) == std::vector<std::string>{"192.168.7.5", "10.1.2.3"}));
 }
 
 BOOST_AUTO_TEST_CASE(what_servers_answer_is_told_in_lines)

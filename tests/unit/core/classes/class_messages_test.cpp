@@ -221,6 +221,10 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
         R"({"class":{"code":"K7M2QX","key":"k","world":"w","mode":"mjpeg","seats":30,"reserved":18,)"
         R"("students":[{"id":1,"name":"\"</script>","state":"away","time":0,"simulator":"ws://h:2001"}],)"
         R"("machines":["ws://h:2000"]}})");
+    row.students.clear();
+    row.network.addresses = {"192.168.1.5"};
+    BOOST_TEST(class_message(row).ends_with(
+        R"("machines":["ws://h:2000"],"network":{"addresses":["192.168.1.5"],"open":false}}})"));
     BOOST_TEST(gone_message(7) == R"({"gone":7})");
     BOOST_TEST(reserved_message(3) == R"({"reserved":3})");
     BOOST_TEST(picture_message(7, "/9j/") == R"({"picture":{"id":7,"jpeg":"/9j/"}})");

@@ -349,6 +349,32 @@ BOOST_AUTO_TEST_CASE(without_random_numbers_there_are_no_classes)
     BOOST_TEST(teacher.sent.back().starts_with(R"({"error":"off")"));
 }
 
+BOOST_AUTO_TEST_CASE(a_teacher_at_localhost_is_told_where_students_find_the_site)
+{
+    auto hooks = hooks_with_random();
+    hooks.shared_addresses = [] { return std::vector<std::string>{"192.168.1.5"}; };
+    auto params = params_with_password();
+    params.address.host = "*";
+    Fixture fixture(params, hooks);
+    auto& teacher = fixture.open_class(5);
+    constexpr std::string_view open = R"("network":{"addresses":["192.168.1.5"],"open":true}}})";
+    BOOST_TEST(teacher.sent.front().ends_with(open), teacher.sent.front());
+    // Who has come by an address of the network has a link for students, and needs no other.
+    auto& other = fixture.connect("/class", {}, "192.168.1.5:1999");
+    fixture.say(other, concat(R"({"teach":{"key":")", fixture.key, "\"}}"));
+    BOOST_TEST(other.was_told(R"({"class":{)"));
+    BOOST_TEST(other.sent.front().find("network") == std::string::npos, other.sent.front());
+}
+
+BOOST_AUTO_TEST_CASE(a_site_for_this_machine_alone_is_told_apart)
+{
+    auto hooks = hooks_with_random();
+    hooks.shared_addresses = [] { return std::vector<std::string>{"192.168.1.5"}; };
+    Fixture fixture(params_with_password(), hooks);
+    auto const& told = fixture.open_class(5).sent.front();
+    BOOST_TEST(told.ends_with(R"("open":false}}})"), told);
+}
+
 BOOST_AUTO_TEST_CASE(everybody_is_told_that_the_server_stops)
 {
     Fixture fixture;
