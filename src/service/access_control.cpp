@@ -11,6 +11,7 @@
 #include "core/pages/http_pages.hpp"
 #include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
+#include "error_page.hpp"
 
 #include <array>
 
@@ -181,6 +182,7 @@ struct AccessControl::Impl final : FleetObserver
     bool is_of_foreign_page(IncomingRequest const& request) const;
     bool is_of_refused_page(IncomingRequest const& request) const;
     void log_origin(IncomingRequest const& request, std::string_view what);
+    Answer answer(IncomingRequest const& request);
     std::optional<HttpResponse> refuse(IncomingRequest const& request);
     std::optional<HttpResponse> refuse_monitor(IncomingRequest const& request);
     result<bool> is_right(IncomingRequest const& request, GuessLimit& guesses, std::string_view what,
@@ -319,31 +321,38 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
 
 Answer AccessControl::respond(IncomingRequest const& request)
 {
-    if (request.is_operator && !impl_->is_of_foreign_page(request))
-        return impl_->endpoint.respond(request);
+    auto answer = impl_->answer(request);
+    if (auto* const response = std::get_if<HttpResponse>(&answer))
+        dress_for_people(*response, request);
+    return answer;
+}
+
+Answer AccessControl::Impl::answer(IncomingRequest const& request)
+{
+    if (request.is_operator && !is_of_foreign_page(request))
+        return endpoint.respond(request);
     if (request.is_operator)
         return foreign_page_refused();
-    if (auto refusal = impl_->refuse(request)) {
+    if (auto refusal = refuse(request)) {
         refusal->fixed_headers = guessed_types;
         return std::move(*refusal);
     }
     if (request.path.starts_with("/api/")) {
-        auto const is_operators = impl_->is_operators(request);
-        if (!is_operators)
+        auto const is_known = is_operators(request);
+        if (!is_known)
             return too_many_guesses();
-        if (*is_operators) {
-            if (impl_->is_of_foreign_page(request))
+        if (*is_known) {
+            if (is_of_foreign_page(request))
                 return foreign_page_refused();
             auto operators = request;
             operators.is_operator = true;
-            return impl_->endpoint.respond(operators);
+            return endpoint.respond(operators);
         }
     }
-    auto answer = impl_->endpoint.respond(request);
+    auto answer = endpoint.respond(request);
     if (auto* const response = std::get_if<HttpResponse>(&answer);
         response && response->fixed_headers.empty())
-        response->fixed_headers =
-            is_page(request.path) ? std::string_view(impl_->headers_of_pages) : guessed_types;
+        response->fixed_headers = is_page(request.path) ? std::string_view(headers_of_pages) : guessed_types;
     return answer;
 }
 

@@ -1,7 +1,10 @@
 #include "monitor_feed.hpp"
 
+#include "core/pages/monitor_page.hpp"
 #include "core/text.hpp"
 #include "web/assets.hpp"
+
+#include <vector>
 
 namespace webots_cloud {
 namespace {
@@ -9,6 +12,18 @@ namespace {
 web::Asset find(std::string_view path)
 {
     return web::find_asset(path).value_or(web::Asset());
+}
+
+std::string texts_of_all_languages()
+{
+    std::vector<core::LanguageTexts> languages;
+    for (std::string_view const language : {"en", "de", "es", "fr", "it", "ja", "zh"}) {
+        auto const file = [&](std::string_view folder) {
+            return find(core::concat(folder, "/texts/", language, ".json")).content;
+        };
+        languages.push_back({language, file("monitor"), file("view")});
+    }
+    return core::monitor_texts(languages);
 }
 
 } // namespace
@@ -33,13 +48,15 @@ boost::asio::awaitable<void> MonitorFeed::serve(std::string greeting, Channel& c
 
 core::PageAssets monitor_assets(std::string_view script, std::uint16_t port)
 {
+    static std::string const texts = texts_of_all_languages();
     core::PageAssets assets;
     assets.port = port;
-    for (auto const* style :
-         {"monitor/dygraph.min.css", "view/tokens.css", "viewer/base.css", "monitor/monitor.css"})
+    assets.texts = texts;
+    assets.logo = find("viewer/favicon.svg").content;
+    for (auto const* style : {"view/tokens.css", "viewer/base.css", "viewer/page.css", "monitor/monitor.css"})
         assets.styles.push_back(find(style).content);
-    for (auto const name : {std::string_view("dygraph.min.js"), std::string_view("live.js"),
-                            std::string_view("operator.js"), script}) {
+    for (auto const name : {std::string_view("texts.js"), std::string_view("chart.js"),
+                            std::string_view("live.js"), std::string_view("operator.js"), script}) {
         auto const asset = find(core::concat("monitor/", name));
         assets.scripts.push_back(asset.content);
         assets.script_hashes.push_back(asset.inline_hash);

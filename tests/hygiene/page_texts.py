@@ -35,8 +35,16 @@ def unique(pairs):
 
 
 def texts():
-    files = sorted(glob.glob(os.path.join(WEB, "view/texts/*.json")))
-    return {os.path.basename(file)[:-5]: json.loads(read(file), object_pairs_hook=unique) for file in files}
+    """By language: those of the pages, and of the monitors, which have their own."""
+    languages = {}
+    for folder in ("view", "monitor"):
+        for file in sorted(glob.glob(os.path.join(WEB, folder, "texts/*.json"))):
+            said = languages.setdefault(os.path.basename(file)[:-5], {})
+            more = json.loads(read(file), object_pairs_hook=unique)
+            if twice := set(said) & set(more):
+                raise ValueError(f"in both folders of texts: {', '.join(sorted(twice))}")
+            said.update(more)
+    return languages
 
 
 def used():

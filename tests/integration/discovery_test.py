@@ -52,7 +52,7 @@ class Names(unittest.TestCase):
             wait_until(lambda: loads(session).get(first.address) is not None and loads(session).get(second.address) is not None,
                        "both are found and polled")
             self.assertEqual(machines(session), {first.address: entry, second.address: entry, "127.0.0.1:9": ""})
-            self.assertIn(f'<span class="found">{entry}</span>', session.get("/monitor"))
+            self.assertIn(f'"foundBy":"{entry}"', session.get("/monitor"))
             self.assertIn(session.get("/session"), [f"ws://{first.address}", f"ws://{second.address}"])
             names.tell(sim=["127.0.0.3", "127.0.0.4"])
             wait_until(lambda: set(machines(session)) == {second.address, moved.address, "127.0.0.1:9"}, "one has moved")

@@ -343,7 +343,7 @@ class Simulations(unittest.IsolatedAsyncioTestCase):
             self.assertNotEqual(first["key"], second["key"])
             self.assertEqual(second["neighbour"], [])
             self.assertEqual(len(self.displays(server)), 2)
-            self.assertIn('<span id="display">private (Xvfb)</span>', server.get("/monitor"))
+            self.assertIn('"display":"private (Xvfb)"', server.get("/monitor"))
         server.wait_until_clean()
         self.assertRegex(server.log(), r"INFO.*Each simulation has a virtual display of its own")
 

@@ -75,7 +75,7 @@ class Firejail(Contract, unittest.TestCase):
 class NoSandbox(Unwalled, unittest.TestCase):
     sandbox = "none"
     keys = {"sandbox": "none"}
-    description = '<span id="sandbox">none; root</span>'
+    description = '"sandbox":"none; root"'
     expected = {**Unwalled.expected, **for_all_but_root()}
 
 
@@ -84,7 +84,7 @@ class NoSandboxOfAnotherUser(Unwalled, unittest.TestCase):
     variant = "where the server is another user's"
     keys = {"sandbox": "none"}
     user = NOBODY
-    description = '<span id="sandbox">none; the server'
+    description = '"sandbox":"none; the server'
     expected = {**Unwalled.expected, **for_all_but_root(),
                 **dict.fromkeys(("read_shadow", "write_usr", "write_etc", "write_core_pattern", "write_sysrq", "write_sys", "write_disk",
                                  "write_kernel_log"), ("EACCES",)),
@@ -97,7 +97,7 @@ class OtherUsers(Unwalled, unittest.TestCase):
 
     sandbox = "none, other users"
     keys = {"sandbox": "none", "simulationUser": "auto"}
-    description = '<span id="sandbox">none; another user for each simulation</span>'
+    description = '"sandbox":"none; another user for each simulation"'
     expected = {**Unwalled.expected, **for_all_but_root(),
                 **dict.fromkeys(("read_shadow", "read_configuration", "read_key", "read_log", "read_home", "read_state", "read_by_link",
                                  "read_neighbour", "write_neighbour", "write_server_folder", "write_instances", "write_usr", "write_etc",

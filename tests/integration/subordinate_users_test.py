@@ -556,7 +556,7 @@ class Choice(unittest.IsolatedAsyncioTestCase):
             await browser.hear("webots:")
             self.assertEqual(taken_by_the_only_one(simulation), "ENOSPC")
             answers = [simulation.get("/load") for _ in range(100)]
-            self.assertIn("the server&#39;s own user", simulation.get("/monitor"))
+            self.assertIn("the server's own user", simulation.get("/monitor"))
             async with Browser(simulation) as another:
                 await another.start(NEIGHBOUR)
                 self.assertIn("Unable to start Webots: other programs of the server's user have all watches (epoll)", await another.hear("loading: Error:"))

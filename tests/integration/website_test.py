@@ -131,19 +131,20 @@ class Starts(WebsiteTest):
 
     async def test_heartbeats_follow_once_the_simulation_runs_and_the_monitor_knows_who_is_idle(self):
         def state():
-            return [row for row in self.simulation.get("/monitor").split("<tr") if "arena.wbt" in row]
+            shown = json.loads(self.simulation.get("/monitor", {"Accept": "application/json"}))["simulations"]
+            return [row["state"] for row in shown if "arena.wbt" in row["world"]]
 
         async with Page(self.simulation) as browser:
             await browser.init(self.website.origin)
             address = (await browser.hear("webots:"))[len("webots:"):]
-            self.assertIn(">idle<", state()[0])
+            self.assertEqual(state(), ["idle"])
             async with websockets.connect(address + "/") as webots:
                 await webots.send("x3d")
                 await webots.send("real-time:-1")
-                await asyncio.to_thread(wait_until, lambda: ">running<" in state()[0], "it does not run")
+                await asyncio.to_thread(wait_until, lambda: state() == ["running"], "it does not run")
                 self.assertEqual(await browser.hear("."), ".")
                 await webots.send("pause")
-                await asyncio.to_thread(wait_until, lambda: ">idle<" in state()[0], "it does not pause")
+                await asyncio.to_thread(wait_until, lambda: state() == ["idle"], "it does not pause")
 
     async def test_what_a_user_has_changed_is_laid_over_the_template(self):
         self.website.set_archive({"worlds/arena.wbt": WORLD, "controllers/new/": "", "controllers/new/new.py": "print(1)\n",

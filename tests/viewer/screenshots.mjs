@@ -273,7 +273,7 @@ if (FOLDER === undefined) {
         for (const name of ['session', 'simulation']) {
           const monitor = await openPage(t, browser, options);
           await monitor.goto(`${site[name]}/monitor`);
-          await monitor.waitForSelector('.dygraph-legend, canvas');
+          await monitor.waitForSelector('#history .line');
           await shoot(monitor, size, look, `monitor-${name}`, { fullPage: true });
           await monitor.context().close();
         }

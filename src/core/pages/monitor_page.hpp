@@ -1,65 +1,82 @@
-// The pages at /monitor (protocol sections 2.4 and 9.3), from values to HTML that needs no script to be read.
+// The pages at /monitor (protocol sections 2.4 and 9.3): one shell for both servers, which scripts in
+// src/web/monitor fill with the snapshot that stands in it.
 #pragma once
 
-#include "core/site_state.hpp"
-#include "monitor_sample.hpp"
 #include "page_parts.hpp"
-#include "session_board.hpp"
-#include "simulation_board.hpp"
 
 #include <webots_cloud/server_load.hpp>
+#include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
 
-#include <optional>
+#include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace webots_cloud::core {
 
-/// What the session server's page shows.
-struct SessionMonitorView
+struct MonitorPage
 {
-    SessionMonitorView() = default;
+    MonitorPage() = default;
 
-    WallTime started;
-    TimePoint now;
-    bool ssl = true;
-    bool gateway = false; ///< Machines `host/port` are reached below this server.
-    double threshold = 95;
-    std::vector<SessionRow> servers;
-    SiteState state = SiteState::unknown;
-    std::optional<WaitingFigures> waiting; ///< Of a server that relays.
+    std::string_view title;
+    std::string heading;  ///< Empty: the title.
+    std::string words;    ///< For who reads it without scripts, as HTML.
+    std::string snapshot; ///< JSON, as watchers get it; empty: scripts ask for it.
     PageAssets assets;
 };
 
-std::string session_monitor_page(SessionMonitorView const& view);
+std::string monitor_page(MonitorPage const& page);
 
-/// What the simulation server's page shows.
-struct SimulationMonitorView
+/// What pages say in one language: JSON objects.
+struct LanguageTexts
 {
-    SimulationMonitorView() = default;
+    std::string_view language;
+    std::string_view own; ///< Of the monitors.
+    std::string_view
+        others; ///< Of all other pages, of which the monitors say what a site is, and why people wait.
+};
+
+/// For scripts of the page: `{"en":{"monitor.live":"Live",...}...}`.
+std::string monitor_texts(std::vector<LanguageTexts> const& languages);
+
+/// `Started on ...`, `Managing 3 simulation servers:` and `average: 12.5%`, the words of old pages.
+std::string session_words(WallTime started, std::size_t machines, LoadTotals const& totals);
+
+/// `Current load: 12.5%`, likewise.
+std::string simulation_words(double load);
+
+/// What a session server tells of itself in its snapshots.
+struct SessionAbout
+{
+    SessionAbout() = default;
+
+    WallTime started;
+    bool is_tls = true;           ///< Machines that it does not pass on to are reached by https.
+    bool is_gateway = false;      ///< Machines `host/port` are reached below this server.
+    bool shows_decisions = false; ///< To everybody.
+};
+
+std::string about_json(SessionAbout const& about);
+
+/// What a simulation server tells of itself and its machine in its snapshots.
+struct SimulationAbout
+{
+    SimulationAbout() = default;
 
     std::string title;
     std::string description;
-    std::string notice;
-    std::string warning;
-    std::string limits_warning;
-    std::string sandbox; ///< How simulations are confined; empty: not shown.
-    std::string display; ///< What they draw on; empty: not shown.
-    double load = 0;
+    std::vector<std::string> notices; ///< Empty ones are left out.
+    std::string sandbox;              ///< How simulations are confined; empty: not shown.
+    std::string display;              ///< What they draw on; empty: not shown.
     HostDescription host;
-    MonitorSample sample;
-    std::vector<std::string> allowed;
-    std::vector<std::string> blocked;
-    std::vector<std::string> notify; ///< URLs of the registries that share our idle time.
+    std::vector<std::string> allowed;    ///< Repositories.
+    std::vector<std::string> blocked;    ///< Repositories.
+    std::vector<std::string> registries; ///< URLs of those that share our idle time.
     double share_idle_time = 50;
-    int capacity = 0;
-    bool draining = false; ///< No new simulations are taken.
-    std::vector<SimulationRow> simulations;
-    PageAssets assets;
 };
 
-std::string simulation_monitor_page(SimulationMonitorView const& view);
+std::string about_json(SimulationAbout const& about);
 
 /// The mean load of the servers that are up, as `GET /load` of the session server answers it: `-1` without
 /// any.

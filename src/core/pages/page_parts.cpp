@@ -29,26 +29,26 @@ std::string policy(PageAssets const& assets)
 
 } // namespace
 
-std::string page_begin(std::string_view server, std::string_view heading, PageAssets const& assets)
+std::string page_begin(std::string_view title, std::string_view heading, PageAssets const& assets)
 {
     std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
                        "<meta name=\"color-scheme\" content=\"light dark\">\n";
     html += concat("<meta http-equiv=\"Content-Security-Policy\" content=\"", policy(assets), "\">\n");
-    html += "<link rel=\"icon\" href=\"data:,\">\n"; // nothing else of us may be reachable
-    html += concat("<title>Webots ", server, " server</title>\n");
+    // nothing else of us may be reachable
+    html += concat("<link rel=\"icon\" href=\"data:image/svg+xml;base64,", base64(assets.logo), "\">\n");
+    html += concat("<title>", escape_html(title), "</title>\n");
     for (auto const style : assets.styles)
         html.append("<style>\n").append(style).append("</style>\n");
     html.append(concat("</head>\n<body data-port=\"", std::to_string(assets.port),
-                       assets.key.empty() ? "" : "\" data-key=\"", assets.key, "\">\n<header>\n<h1>",
-                       escape_html(heading),
-                       "</h1>\n<p id=\"connection\" role=\"status\" hidden></p>\n</header>\n<main>\n"));
+                       assets.key.empty() ? "" : "\" data-key=\"", assets.key, "\">\n<header>\n", assets.logo,
+                       "<h1>", escape_html(heading), "</h1>\n</header>\n<main>\n"));
     return html;
 }
 
-std::string page_end(PageAssets const& assets)
+std::string page_end(PageAssets const& assets, std::string_view data)
 {
-    std::string html = "</main>\n";
+    auto html = concat("</main>\n", data);
     for (auto const script : assets.scripts)
         html.append("<script>\n").append(script).append("</script>\n");
     return html + "</body>\n</html>\n";

@@ -14,6 +14,8 @@ struct PageAssets
 {
     PageAssets() = default;
 
+    std::string_view logo;  ///< SVG.
+    std::string_view texts; ///< What scripts say, by language: JSON.
     std::vector<std::string_view> styles;
     std::vector<std::string_view> scripts; ///< Run in this order, at the end of the page.
     /// For each script, SHA-256 of a newline and the script, in hexadecimal: no other script runs in the
@@ -25,10 +27,11 @@ struct PageAssets
     std::string key;
 };
 
-/// Up to the heading. `server`: `session` or `simulation`, for the title.
-std::string page_begin(std::string_view server, std::string_view heading, PageAssets const& assets);
+/// Up to the heading.
+std::string page_begin(std::string_view title, std::string_view heading, PageAssets const& assets);
 
-std::string page_end(PageAssets const& assets);
+/// `data`: elements that scripts read.
+std::string page_end(PageAssets const& assets, std::string_view data);
 
 /// To at most two decimals, as the servers have always shown loads: `7.88`, `0.0`.
 std::string rounded(double value);

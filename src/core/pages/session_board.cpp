@@ -2,11 +2,11 @@
 // many watchers is sent the same few bytes. Who sends them, and when, is the service's business.
 #include "session_board.hpp"
 
-#include "core/text.hpp"
 #include "core/time_text.hpp"
 #include "json_text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -18,7 +18,17 @@ namespace {
 constexpr std::size_t max_points = 20'000;
 constexpr std::size_t max_precise_servers = 20;
 
+constexpr float unknown_figure = std::numeric_limits<float>::quiet_NaN();
+
+/// What is kept for a day: the mean load of machines that are up, their seats, those that are taken, and who
+/// waits.
+constexpr std::array<std::string_view, 4> day_figures = {"load", "taken", "seats", "waiting"};
+
 } // namespace
+
+SessionBoard::SessionBoard(Duration step, double threshold)
+    : history_(step), day_(day_figures), threshold_(threshold)
+{}
 
 SessionRow session_row(ServerLoad const& server, std::uint64_t placed, std::string_view drained_by)
 {
@@ -35,14 +45,6 @@ SessionRow session_row(ServerLoad const& server, std::uint64_t placed, std::stri
     if (drained_by.empty() && is_up && server.report.draining)
         row.drained_by = "machine";
     return row;
-}
-
-std::string waiting_text(WaitingFigures const& figures)
-{
-    auto const longest =
-        figures.waiting == 0 ? std::string() : concat(" (longest ", age_text(figures.longest), ")");
-    return concat("Waiting: ", std::to_string(figures.waiting), longest,
-                  ", relayed: ", std::to_string(figures.relayed));
 }
 
 void SessionBoard::set_threshold(double threshold)
@@ -139,9 +141,8 @@ void SessionBoard::note_waiting(std::optional<WaitingFigures> figures)
     if (figures) // as watchers are told: nothing changes in the middle of a second
         figures->longest = std::chrono::floor<std::chrono::seconds>(figures->longest);
     if (figures && waiting_)
-        is_waiting_changed_ = is_waiting_changed_ || figures->waiting != waiting_->waiting ||
-                              figures->longest != waiting_->longest || figures->relayed != waiting_->relayed;
-    waiting_ = figures;
+        is_waiting_changed_ = is_waiting_changed_ || *figures != *waiting_;
+    waiting_ = std::move(figures);
 }
 
 void SessionBoard::change_row(Row& row)
@@ -161,6 +162,7 @@ void SessionBoard::take(TimePoint now, WallTime wall)
     tells_waiting_ = std::exchange(is_waiting_changed_, false);
     tells_site_ = std::exchange(is_site_changed_, false);
     has_new_point_ = add_point();
+    has_new_minute_ = add_minute();
 }
 
 bool SessionBoard::add_point()
@@ -170,9 +172,31 @@ bool SessionBoard::add_point()
     for (auto& row : rows_)
         history_.set_next(row.history, row.server->state == ServerState::up
                                            ? static_cast<float>(row.server->report.load)
-                                           : std::numeric_limits<float>::quiet_NaN());
+                                           : unknown_figure);
     history_.advance(now_);
     return true;
+}
+
+bool SessionBoard::add_minute()
+{
+    if (!day_.is_due(now_))
+        return false;
+    double load = 0;
+    double taken = 0;
+    double seats = 0;
+    int up = 0;
+    for (auto const& row : rows_) {
+        if (row.server->state != ServerState::up)
+            continue;
+        ++up;
+        load += row.server->report.load;
+        taken += row.server->report.sessions.value_or(0);
+        seats += row.server->report.capacity.value_or(0);
+    }
+    auto const waiting = waiting_ ? static_cast<float>(waiting_->waiting) : unknown_figure;
+    auto const mean = up == 0 ? unknown_figure : static_cast<float>(load / up);
+    day_.add(std::array{mean, static_cast<float>(taken), static_cast<float>(seats), waiting});
+    return day_.advance(now_);
 }
 
 void SessionBoard::append_waiting(std::string& text) const
@@ -183,6 +207,15 @@ void SessionBoard::append_waiting(std::string& text) const
     append_number(text, as_seconds(waiting_->longest), 0);
     append_key(text, "relayed");
     append_number(text, static_cast<double>(waiting_->relayed), 0);
+    if (waiting_->waiting == 0)
+        return;
+    append_key(text, "waitingFor");
+    text += '{';
+    for (auto const& [why, count] : waiting_->reasons) {
+        append_key(text, why);
+        append_number(text, static_cast<double>(count), 0);
+    }
+    text += '}';
 }
 
 void SessionBoard::append_site(std::string& text) const
@@ -250,10 +283,15 @@ std::string SessionBoard::snapshot()
     append_number(text, as_seconds(now_ - history_.last()), 3);
     append_key(text, "spacing");
     append_number(text, rows_.empty() ? 0 : as_seconds(history_.spacing(each)), 3);
+    if (!about_.empty()) {
+        append_key(text, "about");
+        text += about_;
+    }
     if (site_)
         append_site(text);
     if (waiting_)
         append_waiting(text);
+    day_.append_to(text, now_);
     append_key(text, "servers");
     text += '[';
     char const* separator = "{";
@@ -283,7 +321,7 @@ std::string SessionBoard::update()
 {
     if (restates_)
         return snapshot();
-    if (told_.empty() && !has_new_point_ && !tells_waiting_ && !tells_site_)
+    if (told_.empty() && !has_new_point_ && !has_new_minute_ && !tells_waiting_ && !tells_site_)
         return {};
     std::string text = "{";
     append_key(text, "now");
@@ -292,6 +330,8 @@ std::string SessionBoard::update()
         append_key(text, "point");
         text += "true";
     }
+    if (has_new_minute_)
+        day_.append_point_to(text);
     if (site_ && tells_site_)
         append_site(text);
     if (waiting_ && tells_waiting_)

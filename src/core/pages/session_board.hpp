@@ -1,8 +1,9 @@
 // What the session server's monitor page shows of its servers, and what of it changed: texts for browsers
-// that watch.
+// that watch, and a day of the site.
 #pragma once
 
 #include "core/site_state.hpp"
+#include "day_history.hpp"
 #include "load_history.hpp"
 
 #include <webots_cloud/fleet.hpp>
@@ -16,6 +17,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud::core {
@@ -35,15 +37,13 @@ struct SessionRow
     std::uint64_t placed = 0;       ///< By us, since we started.
     /// Who says that it gets no new sessions: `operator`, `configuration` or `machine`; empty: nobody.
     std::string_view drained_by;
-    std::string refusal;       ///< What it said when it refused the last start; empty: it did not.
-    std::string_view found_by; ///< As in ServerSpec.
-    std::string_view path;     ///< As in FleetMachine.
+    std::string refusal; ///< What it said when it refused the last start; empty: it did not.
 };
 
 /// What a page shows of a server. `drained_by`: whoever has drained it but itself.
 SessionRow session_row(ServerLoad const& server, std::uint64_t placed, std::string_view drained_by = {});
 
-/// The line above the table, of a session server that relays.
+/// Who waits, of a session server that relays.
 struct WaitingFigures
 {
     WaitingFigures() = default;
@@ -51,12 +51,14 @@ struct WaitingFigures
     std::size_t waiting = 0; ///< Browsers that wait for a machine.
     Duration longest{};      ///< How long the one that has waited longest has waited.
     std::size_t relayed = 0; ///< Browsers whose messages are relayed to a machine.
+    /// Why the first of them wait: a word for programs, and how many.
+    std::vector<std::pair<std::string_view, std::size_t>> reasons;
+
+    bool operator==(WaitingFigures const&) const = default;
 };
 
-/// `Waiting: 12 (longest 2 min), relayed: 40`; the page's script says it in the same words.
-std::string waiting_text(WaitingFigures const& figures);
-
-/// Keeps which rows of the page have changed since watchers were last told, and ten minutes of loads.
+/// Keeps which rows of the page have changed since watchers were last told, ten minutes of loads, and a day
+/// of the whole site.
 ///
 /// What is known of the servers belongs to the Fleet, the LoadMonitor and the Scheduler: the board looks at
 /// it whenever it writes a text.
@@ -67,7 +69,10 @@ class SessionBoard
 {
 public:
     /// A point of the history every `step`; `threshold` in percent.
-    SessionBoard(Duration step, double threshold) : history_(step), threshold_(threshold) {}
+    SessionBoard(Duration step, double threshold);
+
+    /// What never changes while somebody watches: JSON, for the member `about` of snapshots.
+    void describe(std::string about) { about_ = std::move(about); }
 
     /// Watchers learn it with the next `take`.
     void set_threshold(double threshold);
@@ -99,6 +104,10 @@ public:
     /// Nothing: this server does not relay. To be called when somebody watches, or asks for a snapshot.
     void note_waiting(std::optional<WaitingFigures> figures);
 
+    /// Whether the next `take` is the last of a minute, for which who waits is to be noted also where nobody
+    /// watches.
+    bool ends_minute(TimePoint now) const noexcept { return day_.is_due(now); }
+
     /// The next update has what changed since the last `take`. To be called about once a second.
     void take(TimePoint now, WallTime wall);
 
@@ -125,13 +134,16 @@ private:
     Row* find(std::string_view address);
     void change_row(Row& row);
     bool add_point();
+    bool add_minute();
     void append_waiting(std::string& text) const;
     void append_site(std::string& text) const;
     SessionRow shown(Row const& row) const;
     void append_row(std::string& text, SessionRow const& row) const;
 
     LoadHistory history_;
+    DayHistory day_;
     double threshold_;
+    std::string about_;
     std::list<Row> rows_;
     std::unordered_map<std::string_view, std::list<Row>::iterator> by_address_; ///< Views into the servers.
     std::vector<Row*> changed_;                                                 ///< Since the last `take`.
@@ -145,6 +157,7 @@ private:
     bool must_restate_ = false;       ///< The next update is a snapshot.
     bool restates_ = false;           ///< This one is.
     bool has_new_point_ = false;
+    bool has_new_minute_ = false;
     TimePoint now_{};
     WallTime wall_{};
 };

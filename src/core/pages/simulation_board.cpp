@@ -90,11 +90,14 @@ void SimulationBoard::take(MonitorSample const& sample, double load, TimePoint n
 {
     sample_ = sample;
     load_ = load;
+    now_ = now;
     wall_ = wall;
     auto const values = sample.values();
     for (std::size_t i = 0; i < series_.size(); ++i)
         history_.set_next(series_[i], values[i]);
     history_.advance(now);
+    day_.add(values);
+    has_new_minute_ = day_.advance(now);
 }
 
 std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::size_t capacity,
@@ -130,6 +133,8 @@ std::string SimulationBoard::update(std::vector<SimulationRow> const& rows, std:
     auto text = begin(rows, capacity, is_draining);
     append_key(text, "point");
     append_numbers(text, sample_.values(), 3);
+    if (has_new_minute_)
+        day_.append_point_to(text);
     return text + '}';
 }
 
@@ -137,6 +142,11 @@ std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, st
                                       bool is_draining) const
 {
     auto text = begin(rows, capacity, is_draining);
+    if (!about_.empty()) {
+        append_key(text, "about");
+        text += about_;
+    }
+    day_.append_to(text, now_);
     append_key(text, "spacing");
     append_number(text, as_seconds(history_.spacing(max_line_points)), 3);
     append_key(text, "series");

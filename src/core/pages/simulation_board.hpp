@@ -2,6 +2,7 @@
 // that watch.
 #pragma once
 
+#include "day_history.hpp"
 #include "load_history.hpp"
 #include "monitor_sample.hpp"
 
@@ -12,6 +13,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud::core {
@@ -44,7 +46,7 @@ std::size_t staged(std::vector<SimulationRow> const& rows);
 /// A world's URL in at most 200 bytes, its end preferred: there is the file's name.
 std::string short_world(std::string_view url);
 
-/// Ten minutes of figures and the texts, in JSON and of bounded size, that carry them to browsers.
+/// Ten minutes and a day of figures, and the texts, in JSON and of bounded size, that carry them to browsers.
 class SimulationBoard
 {
 public:
@@ -52,6 +54,9 @@ public:
     static constexpr std::size_t max_rows = 200;
 
     SimulationBoard();
+
+    /// What never changes while somebody watches: JSON, for the member `about` of snapshots.
+    void describe(std::string about) { about_ = std::move(about); }
 
     /// Takes the figures of this second.
     void take(MonitorSample const& sample, double load, TimePoint now, WallTime wall);
@@ -70,9 +75,13 @@ private:
     std::string begin(std::vector<SimulationRow> const& rows, std::size_t capacity, bool is_draining) const;
 
     LoadHistory history_;
+    DayHistory day_{MonitorSample::names()};
+    bool has_new_minute_ = false;
+    std::string about_;
     std::array<LoadHistory::Series, MonitorSample::columns> series_;
     MonitorSample sample_;
     double load_ = 0;
+    TimePoint now_{};
     WallTime wall_{};
 };
 

@@ -74,6 +74,11 @@ ReasonText text_of(WaitReason why) noexcept
 
 } // namespace
 
+std::string_view word_of(WaitReason why) noexcept
+{
+    return why == WaitReason::seat ? std::string_view("seat") : text_of(why).word.substr(1);
+}
+
 WaitReason wait_reason(SiteState supply, bool wants_room, bool is_choosy) noexcept
 {
     if (wants_room)

@@ -4,6 +4,7 @@
 #include "core/site_state.hpp"
 #include "wait_estimate.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -22,6 +23,13 @@ enum class WaitReason : std::uint8_t
     draining, ///< Machines answer, but none takes new simulations.
     down      ///< No machine answers.
 };
+inline constexpr std::array all_wait_reasons = {WaitReason::seat,     WaitReason::room,     WaitReason::busy,
+                                                WaitReason::suitable, WaitReason::draining, WaitReason::down};
+/// How many wait, for each reason.
+using WaitCounts = std::array<std::size_t, all_wait_reasons.size()>;
+
+/// `room`, as in messages and on the monitor.
+std::string_view word_of(WaitReason why) noexcept;
 
 /// `supply`: what the site were if nobody waited.   `wants_room`: the free machines have too little power
 /// left for its world.   `is_choosy`: it needs labels, or machines have refused it.

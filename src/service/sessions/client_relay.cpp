@@ -274,8 +274,11 @@ ClientRelay::Figures ClientRelay::figures() const
     figures.attempts = attempts_;
     constexpr std::size_t first = 100; // those behind them have come later, but for some minutes
     auto const now = clock_.now();
-    for (std::size_t ahead = 0; ahead < std::min(first, room_.size()); ++ahead)
-        figures.longest_wait = std::max(figures.longest_wait, now - browser_at(ahead).waits_since);
+    for (std::size_t ahead = 0; ahead < std::min(first, room_.size()); ++ahead) {
+        auto const& browser = browser_at(ahead);
+        figures.longest_wait = std::max(figures.longest_wait, now - browser.waits_since);
+        ++figures.reasons[static_cast<std::size_t>(browser.told_why)];
+    }
     return figures;
 }
 

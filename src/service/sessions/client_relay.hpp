@@ -125,7 +125,8 @@ public:
 
         std::size_t waiting = 0;
         Duration longest_wait{};
-        std::size_t relayed = 0; ///< Browsers with a machine, or on their way to one.
+        core::WaitCounts reasons{}; ///< Why the first of them wait.
+        std::size_t relayed = 0;    ///< Browsers with a machine, or on their way to one.
         std::uint64_t given_up = 0;
         std::uint64_t refused = 0;
         std::uint64_t questions = 0;                        ///< To machines, before somebody was placed.

@@ -50,6 +50,9 @@ using core::concat;
 
 namespace {
 
+/// Of more the page would be so large that others noticed while it is made; its script asks for them.
+constexpr std::size_t max_machines_in_page = 500;
+
 // Placements time out and reports become stale without an event, so availability is computed again this
 // often.
 constexpr auto availability_check = std::chrono::seconds(1);
@@ -142,6 +145,7 @@ struct SessionService::Impl final : FleetObserver
         fleet.add_observer(paths);
         fleet.add_observer(relay);
         fleet.add_observer(*this);
+        describe_site();
         update_monitor();
     }
 
@@ -215,7 +219,8 @@ struct SessionService::Impl final : FleetObserver
     core::SiteState state_of(ServerLoad const& server) const;
     std::optional<core::WaitingFigures> waiting_figures() const;
     std::string monitor_snapshot();
-    std::string monitor_text() const;
+    std::string monitor_text();
+    void describe_site();
 
     SessionServiceParams params;
     Fleet& fleet;
@@ -265,6 +270,7 @@ void SessionService::apply(SessionServiceParams params)
     bool const keeps_budget = params.config.session_burst == impl_->params.config.session_burst &&
                               params.config.session_rate == impl_->params.config.session_rate;
     impl_->params = std::move(params);
+    impl_->describe_site();
     impl_->board.set_threshold(impl_->monitor.params().threshold);
     impl_->classes.set_password(impl_->params.config.teacher_password);
     impl_->relay.apply(impl_->relay_params());
@@ -683,6 +689,9 @@ std::optional<core::WaitingFigures> SessionService::Impl::waiting_figures() cons
     waiting.waiting = figures.waiting;
     waiting.longest = figures.longest_wait;
     waiting.relayed = figures.relayed;
+    for (auto const why : core::all_wait_reasons)
+        if (auto const count = figures.reasons[static_cast<std::size_t>(why)]; count > 0)
+            waiting.reasons.emplace_back(core::word_of(why), count);
     return waiting;
 }
 
@@ -695,7 +704,7 @@ std::string SessionService::Impl::monitor_snapshot()
 void SessionService::Impl::update_monitor()
 {
     greeting = {};
-    if (!feed.empty())
+    if (!feed.empty() || board.ends_minute(clock.now()))
         count_placed();
     board.take(clock.now(), clock.wall());
     if (feed.empty())
@@ -716,27 +725,25 @@ Answer SessionService::Impl::monitor_page(IncomingRequest const& request)
     return monitor_html.get(clock.now(), make).answer(core::html_type, known);
 }
 
-std::string SessionService::Impl::monitor_text() const
+std::string SessionService::Impl::monitor_text()
 {
-    core::SessionMonitorView view;
-    view.started = started;
-    view.now = clock.now();
-    view.ssl = params.address.ssl;
-    view.gateway = params.config.gateway;
-    view.threshold = monitor.params().threshold;
-    view.waiting = waiting_figures();
-    view.state = state;
-    for (auto const& machine : fleet.machines()) {
-        auto const& server = *monitor.find(machine.spec.address);
-        auto& row = view.servers.emplace_back(
-            core::session_row(server, scheduler.placed(server.address), machine.drained_by()));
-        row.state = state_of(server);
-        row.refusal = relay.last_refusal(server.address);
-        row.found_by = machine.spec.found_by;
-        row.path = machine.path;
-    }
-    view.assets = monitor_assets("session.js", params.address.port);
-    return core::session_monitor_page(view);
+    core::MonitorPage page;
+    page.title = "Webots session server";
+    page.words = core::session_words(started, fleet.machines().size(), monitor.totals());
+    if (fleet.machines().size() <= max_machines_in_page)
+        page.snapshot = monitor_snapshot();
+    page.assets = monitor_assets("session.js", params.address.port);
+    return core::monitor_page(page);
+}
+
+void SessionService::Impl::describe_site()
+{
+    core::SessionAbout about;
+    about.started = started;
+    about.is_tls = params.address.ssl;
+    about.is_gateway = params.config.gateway;
+    about.shows_decisions = params.config.decisions_for_all;
+    board.describe(core::about_json(about));
 }
 
 /// The viewer page, the gallery below it, and the modules from which they and pages of other sites are made.

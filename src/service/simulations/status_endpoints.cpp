@@ -53,7 +53,9 @@ StatusEndpoints::StatusEndpoints(SimulationServiceParams const& params, Simulati
     : params_(params), hooks_(hooks), context_(context), sessions_(sessions), metrics_(metrics),
       description_(metrics.description()), last_sample_(metrics.sample()), measured_(context.clock.now()),
       view_keys_(hooks.new_address_token)
-{}
+{
+    describe_machine();
+}
 
 void StatusEndpoints::measure(TimePoint due, std::size_t clients)
 {
@@ -181,6 +183,7 @@ void StatusEndpoints::expire_old_pages()
 
 void StatusEndpoints::refresh_pages()
 {
+    describe_machine();
     monitor_html_.expire();
     monitor_json_.expire();
     greeting_ = {};
@@ -299,27 +302,30 @@ Answer StatusEndpoints::watch_by_key(IncomingRequest const& request)
 
 std::string StatusEndpoints::monitor_text()
 {
-    core::SimulationMonitorView view;
-    view.title = params_.config.title;
-    view.description = params_.config.description;
-    view.notice = params_.notice;
-    view.warning = params_.isolation_warning;
-    view.limits_warning = params_.limits_warning;
-    view.sandbox = params_.sandbox;
-    view.display = params_.display;
-    view.load = average_.value();
-    view.host = description_;
-    view.sample = board_.sample();
-    view.allowed = params_.config.repositories.allowed;
-    view.blocked = params_.config.repositories.blocked;
-    view.notify = params_.config.notify;
-    view.share_idle_time = params_.config.repositories.share_idle_time;
-    view.capacity = context_.admission.max_simulations();
-    view.draining = context_.state.is_draining();
-    view.simulations = rows();
-    view.assets = monitor_assets("simulation.js", params_.address.port);
-    view.assets.key = view_keys_.current(context_.clock.now());
-    return core::simulation_monitor_page(view);
+    core::MonitorPage page;
+    page.title = "Webots simulation server";
+    page.heading = params_.config.title;
+    page.words = core::simulation_words(average_.value());
+    page.snapshot = monitor_snapshot();
+    page.assets = monitor_assets("simulation.js", params_.address.port);
+    page.assets.key = view_keys_.current(context_.clock.now());
+    return core::monitor_page(page);
+}
+
+void StatusEndpoints::describe_machine()
+{
+    core::SimulationAbout about;
+    about.title = params_.config.title;
+    about.description = params_.config.description;
+    about.notices = {params_.notice, params_.isolation_warning, params_.limits_warning};
+    about.sandbox = params_.sandbox;
+    about.display = params_.display;
+    about.host = description_;
+    about.allowed = params_.config.repositories.allowed;
+    about.blocked = params_.config.repositories.blocked;
+    about.registries = params_.config.notify;
+    about.share_idle_time = params_.config.repositories.share_idle_time;
+    board_.describe(core::about_json(about));
 }
 
 boost::asio::awaitable<void> StatusEndpoints::watch(Channel& channel)

@@ -82,6 +82,7 @@ private:
     std::vector<WorldUse> worlds() const;
     std::string monitor_snapshot();
     std::string monitor_text();
+    void describe_machine();
 
     static std::span<Route<StatusEndpoints> const> routes();
     bool is_operators(IncomingRequest const& request) const { return request.is_operator; }

@@ -26,14 +26,13 @@ const operator = (() => {
   // Why the server did not do it, for the person who asked.
   function reason({status, text}, hadToken) {
     if (status === 0)
-      return "The server does not answer. Is it running, and are you connected?";
+      return say('monitor.noAnswer');
     if (status === 404 || status === 401) {
-      const first = hadToken ? "The server does not accept this token." : "The server asks for the operator's token.";
-      return location.pathname === "/monitor" ? first
-        : `${first} Gateways and proxies may not let these requests pass: then use the machine's own address, or its command line.`;
+      const first = hadToken ? say('monitor.wrongToken') : say('monitor.asksForToken');
+      return location.pathname === "/monitor" ? first : `${first} ${say('monitor.perhapsProxy')}`;
     }
     // Ours are sentences; a proxy's may be whole pages.
-    return text.length < 300 && !text.includes("<") ? text : `The server answered with HTTP status ${status}.`;
+    return text.length < 300 && !text.includes("<") ? text : say('monitor.httpStatus', {status});
   }
 
   function setActive(active) {
@@ -41,7 +40,7 @@ const operator = (() => {
       return;
     isActive = active;
     document.body.classList.toggle("operator", active);
-    button.textContent = active ? "Stop being the operator" : "Operator";
+    button.textContent = active ? say('monitor.stopOperator') : say('monitor.operator');
     for (const listener of listeners)
       listener(active);
   }
@@ -63,8 +62,8 @@ const operator = (() => {
   // A question with a button that does what is asked, and stays open until that is done. `action` resolves to an empty text, or to why it failed.
   function dialog({title, text, label, field, action}) {
     const failure = make("p", {class: "failure", role: "alert"});
-    const doIt = make("button", {type: "submit", class: "act"}, label);
-    const cancel = make("button", {type: "button", class: "act"}, "Cancel");
+    const doIt = make("button", {type: "submit", class: "act primary"}, label);
+    const cancel = make("button", {type: "button", class: "act"}, say('monitor.cancel'));
     const form = make("form", {}, make("h2", {id: "dialog-title"}, title), make("p", {}, text), ...(field ? [field] : []), failure,
                       make("div", {class: "buttons"}, cancel, doIt));
     const element = make("dialog", {"aria-labelledby": "dialog-title"}, form);
@@ -96,11 +95,10 @@ const operator = (() => {
   function askForToken() {
     const input = make("input", {type: "password", id: "token", autocomplete: "current-password", required: ""});
     dialog({
-      title: "Operator",
-      text: "Type the operator's token. It is in a file on the server's machine, log/.operator-token after ./server.sh start, or the one that "
-        + "\"operatorTokenFile\" names. This page forgets it when you reload or leave it.",
-      label: "Continue",
-      field: make("p", {}, make("label", {for: "token"}, "Token"), input),
+      title: say('monitor.operator'),
+      text: say('monitor.tokenText'),
+      label: say('monitor.continue'),
+      field: make("p", {}, make("label", {for: "token"}, say('monitor.token')), input),
       action: async () => {
         const typed = input.value.trim();
         const answer = /^[\x21-\x7e]+$/.test(typed) ? await signIn(typed) : {status: 404, text: ""};
@@ -124,14 +122,14 @@ const operator = (() => {
   const doctor = (() => {
     const patience = 20; // questions, one a second
     const note = make("p", {role: "status"});
-    const look = make("button", {type: "button", class: "act", id: "examine"}, "Look again");
-    const list = make("ul", {});
-    const section = make("section", {id: "doctor", hidden: ""}, make("h2", {}, "Doctor"), list, note, look);
+    const look = make("button", {type: "button", class: "act", id: "examine"}, say('monitor.lookAgain'));
+    const list = make("ul", {lang: "en"}); // as the server writes it
+    const section = make("section", {id: "doctor", hidden: ""}, make("h2", {}, say('monitor.doctor')), list, note, look);
 
     function show({examined, underWay, findings}) {
       list.replaceChildren(...findings.map(({verdict, subject, found, remedy}) =>
         make("li", {class: verdict}, make("b", {}, verdict), ` ${subject}: ${found}. ${remedy}`)));
-      note.textContent = underWay ? "Looking ..." : examined ? `Looked at ${new Date(examined).toLocaleString()}.` : "";
+      note.textContent = underWay ? say('monitor.looking') : examined ? say('monitor.lookedAt', {time: texts.moment(Date.parse(examined) / 1000)}) : "";
     }
 
     async function examine() {
@@ -160,7 +158,7 @@ const operator = (() => {
     return section;
   })();
 
-  const button = make("button", {type: "button", class: "act", id: "operator"}, "Operator");
+  const button = make("button", {type: "button", class: "act", id: "operator"}, say('monitor.operator'));
   button.onclick = async () => {
     if (isActive)
       return signOut();
@@ -171,17 +169,20 @@ const operator = (() => {
       askForToken();
   };
 
+  const sections = [];
   // A page that shows ours in a frame could have its visitor press our buttons. What a session server passes on from a machine is no place for
   // tokens, and no gateway passes on what they allow.
   if (monitor.isSandboxed) {
-    document.querySelector("header").append(make("p", {id: "elsewhere"}, "To act as the operator, use the machine's own address, or its command line."));
+    sections.push(make("p", {id: "elsewhere", class: "hint"}, say('monitor.elsewhere')));
   } else if (window === window.top) {
-    document.querySelector("header").append(button);
-    document.querySelector("main").append(doctor);
+    monitor.header.append(button);
+    sections.push(doctor);
   }
 
   return {
     act,
+    ask, // resolves to {status, text}
+    sections, // of the page, at its end
     get active() { return isActive; },
     // Calls listener(active) whenever that changes.
     watch(listener) { listeners.push(listener); },

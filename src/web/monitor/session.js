@@ -1,303 +1,335 @@
 "use strict";
 
-// The session server's page: its simulation servers and ten minutes of their loads.
+// The session server's page: free seats and who waits, its machines with the reasons of their states, and the past of the site.
 {
-  const {span, make, write} = monitor;
-  const maxLines = 20; // more lines can't be told apart: then the chart shows average and extremes, and each row its own line
-  const section = document.getElementById("charts");
-  const table = document.getElementById("servers");
-  const body = table.tBodies[0];
-  const line = document.getElementById("waiting"); // where the server relays
+  const { make, write, SPANS } = monitor;
+  const MOST_LINES = 6; // more can't be told apart: then the chart shows average and extremes, and each row its own line
+  const known = (value) => value !== null && value !== undefined;
+  const isUp = (server) => known(server.load);
 
   let servers = [];
-  let times = []; // of the points, in seconds since 1970
+  let about = {};
   let threshold = 95;
-  let chart = null;
+  let site = {};
+  const minutes = monitor.timeline(SPANS.minutes);
+  const day = monitor.timeline(SPANS.day);
 
-  const known = server => server.load !== null && server.load !== undefined;
-  const isCrowd = () => servers.length > maxLines;
+  // --- what the site is now ------------------------------------------------------------------------------------------------
+  const free = make('p', { id: 'free' });
+  const sentence = make('span', { id: 'site' });
+  const lamp = make('p', {}, make('span', { class: 'dot', 'aria-hidden': 'true' }), sentence);
+  const waiting = make('p', { id: 'waiting' });
+  const facts = make('dl', { id: 'facts' });
+  const now = make('section', { id: 'now', class: 'panel' }, make('div', { class: 'seats' }, make('p', { class: 'hint' }, say('monitor.seats')), free, lamp, waiting), facts);
 
-  function take(message) {
-    if (message.servers)
-      takeSnapshot(message);
-    if (message.stateText !== undefined)
-      write(document.getElementById("site"), message.stateText);
-    if (message.waiting !== undefined)
-      showWaiting(message);
-    for (const row of message.rows ?? []) {
-      const server = servers[row.row];
-      Object.assign(server, {sessions: undefined, seats: undefined, state: undefined, problem: undefined, age: undefined, drained: undefined,
-                            refusal: undefined}, row, {heard: performance.now()});
-      showRow(server);
-    }
-    if (message.point)
-      addPoint(message.now);
-    showSummary();
-    if (message.servers || message.point)
-      draw();
+  const SITE = { unknown: () => say('site.unknown'), free: () => say('site.free'), busy: () => say('site.busy'), full: () => say('site.full'),
+    draining: () => say('site.draining'), down: () => say('site.down') };
+  const WAITS = { seat: () => say('site.full'), room: () => say('waiting.room'), busy: () => say('site.busy'),
+    suitable: () => say('waiting.suitable'), draining: () => say('site.draining'), down: () => say('site.down') };
+
+  const sum = (list, name) => list.reduce((total, each) => total + (each[name] ?? 0), 0);
+  // Busy machines have seats, too: somebody gets them as soon as there is power.
+  const takes = (server) => ['free', 'busy', 'full'].includes(server.state);
+
+  function showSite() {
+    const up = servers.filter(isUp);
+    const seated = up.filter((server) => known(server.seats));
+    const seats = sum(seated, 'seats');
+    const freeSeats = seated.filter(takes).reduce((total, { seats: all, sessions = 0 }) => total + Math.max(0, all - sessions), 0);
+    const freeMachines = servers.filter(({ state }) => state === 'free').length;
+    write(free, seated.length ? say('monitor.seatsFree', { free: texts.count(freeSeats), seats: texts.count(seats) })
+      : say('monitor.machinesFree', { free: texts.count(freeMachines), machines: texts.count(servers.length) }));
+    now.dataset.state = site.state ?? 'unknown';
+    write(sentence, SITE[site.state]?.() ?? site.stateText ?? '');
+    showWaiting();
+    const taken = sum(up, 'sessions');
+    const load = up.length ? texts.percent(sum(up, 'load') / up.length) : '–';
+    showFacts([[say('monitor.machinesAnswer'), say('monitor.of', { part: texts.count(up.length), whole: texts.count(servers.length) })],
+      [say('monitor.simulations'), texts.count(taken)],
+      ...(servers.length > 1 ? [[say('monitor.averageLoad'), load]] : []),
+      ...(known(site.relayed) ? [[say('monitor.relayed'), texts.count(site.relayed)]] : [])]);
   }
 
-  // As the server says it.
-  function showWaiting({waiting, longestWait, relayed}) {
-    const longest = waiting ? ` (longest ${monitor.age(longestWait)})` : "";
-    write(line, `Waiting: ${waiting}${longest}, relayed: ${relayed}`);
+  function showFacts(rows) {
+    if (facts.children.length !== rows.length)
+      facts.replaceChildren(...rows.map(() => make('div', {}, make('dt', {}), make('dd', {}))));
+    rows.forEach(([name, value], index) => {
+      write(facts.children[index].firstElementChild, name);
+      write(facts.children[index].lastElementChild, value);
+    });
   }
 
-  function takeSnapshot(message) {
-    line.hidden = message.waiting === undefined;
-    threshold = message.threshold;
-    const count = message.servers[0]?.history.length ?? 0;
-    times = Array.from({length: count}, (_, index) => message.now - message.last - (count - 1 - index) * message.spacing);
-    const isSame = servers.length === message.servers.length &&
-      servers.every((server, index) => server.address === message.servers[index].address && server.foundBy === message.servers[index].foundBy &&
-        server.path === message.servers[index].path);
-    const cells = servers.map(server => server.cells);
-    servers = message.servers.map(server => ({...server, heard: performance.now()}));
-    if (isSame && cells.length)
-      servers.forEach((server, index) => { server.cells = cells[index]; });
-    else
-      buildTable();
-    if (!isSame || !chart)
-      buildChart();
-    servers.forEach(showRow);
+  // Who waits, how long, and why, in sentences.
+  function showWaiting() {
+    waiting.hidden = !known(site.waiting);
+    if (waiting.hidden)
+      return;
+    if (site.waiting === 0)
+      return write(waiting, say('monitor.nobodyWaits'));
+    const reasons = Object.entries(site.waitingFor ?? {}).filter(([why]) => WAITS[why]).map(([why, count]) => [WAITS[why](), count]);
+    const why = reasons.length > 1 ? reasons.map(([each, count]) => say('monitor.soManyWait', { count: texts.count(count), why: each }))
+      : reasons.map(([each]) => each).filter((each) => each !== sentence.textContent); // it stands above
+    const who = site.waiting === 1 ? say('monitor.oneWaits', { time: texts.duration(site.longestWait, 'long') })
+      : say('monitor.manyWait', { count: texts.count(site.waiting), time: texts.duration(site.longestWait, 'long') });
+    write(waiting, [who, ...why].join('\n'));
   }
 
-  function addPoint(now) {
-    times.push(now);
-    for (const server of servers)
-      server.history.push(known(server) ? server.load : null);
-    const old = times.findIndex(time => time >= now - span);
-    if (old > 0) {
-      times.splice(0, old);
-      for (const server of servers)
-        server.history.splice(0, old);
-    }
-  }
+  // --- machines ------------------------------------------------------------------------------------------------------------
+  const columns = [{ name: 'machine', title: say('monitor.machine') }, { name: 'seats', title: say('monitor.seatsTaken') },
+    { name: 'load', title: say('monitor.load') }, { name: 'state', title: say('monitor.state') },
+    { name: 'placed', title: say('monitor.sentThere'), isNumber: true }, { name: 'heard', title: say('monitor.heard'), isNumber: true }];
+  const table = monitor.table('servers', columns);
+  const managing = make('h2', { id: 'managing' });
+  const nobody = make('p', { class: 'hint', hidden: '' }, say('monitor.noMachine'));
+  const machines = make('section', {}, managing, table.frame, nobody);
 
-  function buildTable() {
-    document.body.classList.add("live");
-    body.replaceChildren(...servers.map((server, index) => {
-      const row = monitor.newRow();
-      const cell = label => row.querySelector(`[data-label="${label}"]`);
-      const link = row.querySelector("a");
-      link.setAttribute("href", server.path ? `${server.path.slice(1)}/monitor` : monitorOf(server.address, link.getAttribute("href")));
-      link.textContent = server.address;
-      row.cells[0].textContent = String(index + 1);
-      const found = row.querySelector(".found");
-      found.textContent = server.foundBy ?? "";
-      found.hidden = !server.foundBy;
-      server.cells = {row, drained: row.querySelector(".drained"), refusal: row.querySelector(".refusal"), key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
-                      sessions: cell("sessions"), state: cell("state"), placed: cell("placed"), report: cell("last report")};
-      row.onpointerenter = () => chart && !isCrowd() && chart.setSelection(chart.numRows() - 1, label(index));
-      row.onpointerleave = () => chart && chart.clearSelection();
-      return row;
-    }));
-    if (operator.active)
-      servers.forEach(addDrainButton);
-    paintKeys();
-    const count = servers.length;
-    write(document.getElementById("managing"), `Managing ${count} simulation server${count > 1 ? "s" : ""}:`);
-  }
-
-  // `template`: the link for machines that browsers reach directly. One that the session server calls localhost is on the machine
-  // that this page comes from.
-  function monitorOf(address, template) {
+  // Where a machine's own page is: below ours behind the gateway, whatever browsers call us. One that the session server calls localhost is on
+  // the machine that this page comes from.
+  function monitorOf({ address, path }) {
+    if (path)
+      return `${path.slice(1)}/monitor`;
     const [, port] = /\/(\d+)$/.exec(address) ?? [];
-    if (table.hasAttribute("data-gateway") && port)
+    if (about.gateway && port)
       return `${port}/monitor`;
-    const link = template.replace("{address}", address);
-    const isHere = name => /^(localhost|127\.[\d.]+|\[::1\])$/.test(name);
-    const url = new URL(link);
-    if (!isHere(url.hostname) || isHere(location.hostname))
+    const link = `${about.tls ? 'https' : 'http'}://${address}/monitor`;
+    const isHere = (name) => /^(localhost|127\.[\d.]+|\[::1\])$/.test(name);
+    const url = URL.canParse(link) ? new URL(link) : null;
+    if (!url || !isHere(url.hostname) || isHere(location.hostname))
       return link;
     url.hostname = location.hostname;
     return url.href;
   }
 
-  function paintKeys() {
-    servers.forEach((server, index) => {
-      server.cells.key.hidden = isCrowd();
-      server.cells.key.style.background = monitor.color(index);
-      server.cells.key.classList.toggle("dashed", Boolean(monitor.dash(index)));
-    });
+  function buildTable() {
+    table.body.replaceChildren(...servers.map((server) => {
+      const path = document.createElementNS('http://www.w3.org/2000/svg', 'path');
+      const line = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+      line.setAttribute('viewBox', '0 0 100 25');
+      line.setAttribute('preserveAspectRatio', 'none');
+      line.setAttribute('class', 'spark');
+      line.setAttribute('aria-hidden', 'true');
+      line.append(path);
+      const cells = { path, seats: monitor.bar(), load: monitor.bar(), state: make('b', {}), reason: make('span', { class: 'reason' }),
+        placed: table.cell('placed'), heard: table.cell('heard') };
+      const found = server.foundBy ? [make('span', { class: 'hint' }, server.foundBy)] : [];
+      const dot = make('span', { class: 'dot', 'aria-hidden': 'true' });
+      cells.row = make('tr', {}, table.cell('machine', make('a', { href: monitorOf(server) }, server.address), ...found),
+        table.cell('seats', cells.seats.element), table.cell('load', cells.load.element, line),
+        table.cell('state', dot, cells.state, cells.reason), cells.placed, cells.heard);
+      server.cells = cells;
+      return cells.row;
+    }));
+    if (operator.active)
+      servers.forEach(addDrainButton);
+    const count = servers.length;
+    write(managing, count === 1 ? say('monitor.oneMachine') : say('monitor.machines', { count: texts.count(count) }));
+    nobody.hidden = count > 0;
+    table.frame.hidden = count === 0;
+  }
+
+  const STATES = { unknown: () => say('monitor.stateUnknown'), free: () => say('monitor.stateFree'), busy: () => say('monitor.stateBusy'),
+    full: () => say('monitor.stateFull'), draining: () => say('monitor.stateDraining'), down: () => say('monitor.stateDown') };
+  const DRAINED = { operator: () => say('monitor.drainedByOperator'), configuration: () => say('monitor.drainedByConfiguration'),
+    machine: () => say('monitor.drainedByMachine') };
+
+  // Why a machine is in its state, in a sentence. What machines and the server say themselves is English.
+  function reasonOf({ state, drained, refusal, problem, load }) {
+    if (drained)
+      return [DRAINED[drained]?.() ?? drained];
+    if (refusal)
+      return [say('monitor.refused', { why: refusal })];
+    if (problem)
+      return [problem, 'en'];
+    if (state === 'busy')
+      return [load >= threshold ? say('monitor.overThreshold', { threshold: texts.percent(threshold) }) : say('monitor.noPower')];
+    return [state === 'full' ? say('monitor.allTaken') : state === 'unknown' ? say('monitor.notHeard') : ''];
   }
 
   function showRow(server) {
-    const {cells} = server;
-    write(cells.load, known(server) ? `${monitor.rounded(server.load)}%` : "N/A");
-    cells.load.classList.toggle("full", known(server) && server.load >= threshold);
-    cells.row.classList.toggle("down", !known(server));
-    write(cells.sessions, sessionsText(server.sessions, server.seats));
-    cells.sessions.classList.toggle("full", server.state === "full");
-    write(cells.state, server.state ?? "");
-    write(cells.placed, String(server.placed));
-    write(cells.drained, drainedTexts[server.drained] ?? "");
-    cells.drained.hidden = !server.drained;
-    write(cells.refusal, server.refusal ? `refused its last start: ${server.refusal}` : "");
-    cells.refusal.hidden = !server.refusal;
+    const { cells, sessions, seats, state, load } = server;
+    const taken = !known(sessions) ? '–' : known(seats) ? say('monitor.of', { part: texts.count(sessions), whole: texts.count(seats) }) : texts.count(sessions);
+    cells.seats.show(known(sessions) && seats > 0 ? 100 * sessions / seats : null, taken, state === 'full');
+    cells.load.show(isUp(server) ? load : null, isUp(server) ? texts.percent(load) : '–', isUp(server) && load >= threshold);
+    cells.row.dataset.state = state ?? 'unknown';
+    write(cells.state, STATES[state]?.() ?? state ?? '');
+    const [reason, language] = reasonOf(server);
+    write(cells.reason, reason);
+    cells.reason.lang = language ?? texts.language;
+    write(cells.placed, texts.count(server.placed));
     showDrainButton(server);
     showAge(server);
   }
 
-  // As the server says it.
-  function sessionsText(sessions, seats) {
-    if (sessions === undefined)
-      return "";
-    return seats === undefined ? String(sessions) : `${sessions} of ${seats}`;
+  function showAge(server) {
+    const age = isUp(server) ? server.age + (performance.now() - server.heard) / 1000 : null;
+    write(server.cells.heard, age === null ? '–' : say('monitor.ago', { time: texts.duration(age) }));
   }
 
-  // As the server says it.
-  const drainedTexts = {operator: "drained by the operator", configuration: "drained by the configuration", machine: "draining"};
-
-  // The operator's buttons: a column of the table.
-  const column = make("th", {}, "new sessions");
-  const hint = make("p", {id: "hint"}, "To end a simulation, open the page of its machine.");
-  const corner = make("td", {});
+  // --- the operator's buttons: a column of the table -----------------------------------------------------------------------
+  const column = make('th', { scope: 'col' }, say('monitor.newSessions'));
+  const hint = make('p', { id: 'hint', class: 'hint' }, say('monitor.endHint'));
 
   function addDrainButton(server) {
-    server.cells.drain = make("button", {type: "button", class: "act"});
+    const { address } = server;
+    server.cells.drain = make('button', { type: 'button', class: 'act' });
     server.cells.drain.onclick = () => {
-      const machine = encodeURIComponent(server.address);
-      operator.act(server.drained === "operator"
-        ? {title: `Send browsers to ${server.address} again?`, text: "It gets new sessions as the other machines do.", label: "Take back",
-           path: `drain?machine=${machine}&off`}
-        : {title: `Drain ${server.address}?`, label: "Drain", path: `drain?machine=${machine}`,
-           text: "This session server sends nobody there until you take that back here, or it restarts. Simulations that run there go on."});
+      const machine = encodeURIComponent(address);
+      operator.act(server.drained === 'operator'
+        ? { title: say('monitor.takeBackTitle', { machine: address }), text: say('monitor.takeBackText'), label: say('monitor.takeBack'),
+            path: `drain?machine=${machine}&off` }
+        : { title: say('monitor.drainTitle', { machine: address }), text: say('monitor.drainText'), label: say('monitor.drain'),
+            path: `drain?machine=${machine}` });
     };
-    server.cells.row.append(make("td", {class: "action"}, server.cells.drain));
+    server.cells.row.append(make('td', { class: 'action' }, server.cells.drain));
     showDrainButton(server);
   }
 
-  function showDrainButton({cells, drained, address}) {
+  function showDrainButton({ cells, drained, address }) {
     if (!cells.drain)
       return;
-    write(cells.drain, drained === "operator" ? "Take back" : "Drain");
-    cells.drain.setAttribute("aria-label", drained === "operator" ? `Take back the drain of ${address}` : `Drain ${address}`);
-    cells.drain.hidden = drained === "configuration";
+    const isBack = drained === 'operator';
+    write(cells.drain, isBack ? say('monitor.takeBack') : say('monitor.drain'));
+    cells.drain.setAttribute('aria-label', isBack ? say('monitor.takeBackLabel', { machine: address }) : say('monitor.drainLabel', { machine: address }));
+    cells.drain.hidden = drained === 'configuration';
   }
 
-  operator.watch(active => {
+  operator.watch((active) => {
     if (active) {
-      table.tHead.rows[0].append(column);
-      table.tFoot.rows[0].append(corner);
-      table.parentElement.after(hint);
+      table.head.append(column);
+      table.frame.after(hint);
       servers.forEach(addDrainButton);
-      return;
+    } else {
+      column.remove();
+      hint.remove();
+      for (const { cells } of servers) {
+        cells.drain.parentElement.remove();
+        cells.drain = null;
+      }
     }
-    for (const each of [column, corner, hint])
-      each.remove();
-    for (const {cells} of servers) {
-      cells.drain.parentElement.remove();
-      cells.drain = null;
-    }
+    void readDecisions();
   });
 
-  function showAge(server) {
-    const text = known(server) ? monitor.age(server.age + (performance.now() - server.heard) / 1000) : server.problem ?? "waiting";
-    write(server.cells.report, text);
+  // --- why browsers were sent where they were sent -------------------------------------------------------------------------
+  const REFUSED = { unknown: () => say('monitor.notUnknown'), lost: () => say('monitor.notLost'), stale: () => say('monitor.notStale'),
+    draining: () => say('monitor.notDraining'), full: () => say('monitor.notFull'), memory: () => say('monitor.notMemory'), load: () => say('monitor.notLoad'),
+    committed: () => say('monitor.notCommitted'), labels: () => say('monitor.notLabels'), excluded: () => say('monitor.notExcluded'), room: () => say('monitor.notRoom') };
+  const MOST_DECISIONS = 12;
+  const decisionList = make('ol', {});
+  const decisions = make('section', { id: 'decisions', hidden: '' }, make('h2', {}, say('monitor.decisions')), decisionList);
+
+  function inWords({ chosen, refused, held, freeSeats, machines }, times) {
+    const passed = Object.entries(refused).map(([why, count]) => say('monitor.passed', { count: texts.count(count), why: REFUSED[why]?.() ?? why }));
+    if (held)
+      passed.push(say('monitor.heldSeats', { held: texts.count(held), seats: texts.count(freeSeats) }));
+    const machine = machines.find(({ server }) => server === chosen);
+    const where = chosen === null ? (times > 1 ? say('monitor.nobodyTimes', { count: texts.count(times) }) : say('monitor.nobodyPlaced'))
+      : machine ? say('monitor.sentTo', { machine: chosen, load: texts.percent(machine.load), sessions: texts.count(machine.sessions) })
+        : say('monitor.sentToOne', { machine: chosen });
+    return passed.length ? `${where} ${say('monitor.notOffered', { reasons: passed.join(', ') })}` : where;
   }
 
-  function showSummary() {
-    const up = servers.filter(known);
-    const mean = up.reduce((sum, server) => sum + server.load, 0) / up.length;
-    const text = up.length ? `${monitor.rounded(mean)}%` : "N/A";
-    write(document.getElementById("average"), text);
-    const total = name => up.reduce((sum, server) => sum + (server[name] ?? 0), 0);
-    const inState = state => String(servers.filter(server => server.state === state).length);
-    const seats = up.some(server => server.seats !== undefined) ? total("seats") : undefined;
-    const parts = [["average load", text], ["up", `${up.length} of ${servers.length}`], ["full", inState("full")], ["busy", inState("busy")],
-                   ["sessions", sessionsText(total("sessions"), seats)]];
-    section.querySelectorAll(".tiles b").forEach((element, index) => write(element, parts[index][1]));
+  // Those that follow each other and refused for the same reasons are one.
+  function merged(list) {
+    const rows = [];
+    for (const decision of list) {
+      const last = rows.at(-1);
+      const reasons = JSON.stringify([decision.refused, decision.held]);
+      if (last && last.decision.chosen === null && decision.chosen === null && last.reasons === reasons)
+        last.times += 1;
+      else
+        rows.push({ decision, reasons, times: 1 });
+    }
+    return rows.slice(0, MOST_DECISIONS);
   }
 
-  const label = index => `${index + 1} ${servers[index].address}`;
-
-  function buildChart() {
-    section.hidden = false;
-    const tiles = ["average load", "servers up", "servers full", "servers busy", "sessions"]
-      .map(name => make("div", {}, make("span", {}, name), make("b", {})));
-    const element = make("div", {class: "chart", id: "chart"});
-    const reading = make("p", {class: "reading", id: "reading"});
-    const title = isCrowd() ? "Load of all servers, last 10 minutes" : "Load, last 10 minutes";
-    section.replaceChildren(make("div", {class: "tiles"}, ...tiles), make("h2", {}, title), element, reading);
-    if (chart)
-      monitor.charts.splice(monitor.charts.indexOf(chart), 1)[0].destroy();
-    const labels = isCrowd() ? ["average", "highest", "lowest"] : servers.map((_, index) => label(index));
-    const idle = isCrowd() ? "Blue: average. Orange: highest. Green: lowest." : "";
-    write(reading, idle);
-    chart = monitor.chart(element, labels, {
-      underlayCallback: drawThreshold,
-      highlightSeriesOpts: {strokeWidth: 3},
-      highlightSeriesBackgroundAlpha: isCrowd() ? 1 : 0.5,
-      highlightCallback: (_, x, points, row, name) => {
-        const point = points.find(each => each.name === name);
-        if (!point)
-          return;
-        const shown = isCrowd() ? name : servers[labels.indexOf(name)].address;
-        write(reading, `${monitor.clock(new Date(x))}  ${shown}: ${monitor.rounded(point.yval)}%`);
-        if (!isCrowd())
-          servers.forEach((server, index) => server.cells.row.classList.toggle("marked", labels[index] === name));
-      },
-      unhighlightCallback: () => {
-        write(reading, idle);
-        servers.forEach(server => server.cells.row.classList.remove("marked"));
-      },
-    });
-  }
-
-  function drawThreshold(context, area, graph) {
-    const y = graph.toDomYCoord(threshold);
-    if (y < area.y)
+  async function readDecisions() {
+    const isShown = about.decisions || operator.active;
+    decisions.hidden = !isShown;
+    if (!isShown)
       return;
-    context.save();
-    context.strokeStyle = getComputedStyle(document.documentElement).getPropertyValue("--bad");
-    context.setLineDash([4, 4]);
-    context.beginPath();
-    context.moveTo(area.x, y);
-    context.lineTo(area.x + area.w, y);
-    context.stroke();
-    context.restore();
+    const answer = await operator.ask('decisions', 'GET');
+    if (answer.status !== 200)
+      return;
+    const rows = merged(JSON.parse(answer.text).decisions);
+    decisionList.replaceChildren(...(rows.length ? rows.map(({ decision, times }) => make('li', {},
+      make('span', { class: 'reading' }, say('monitor.ago', { time: texts.duration(decision.secondsAgo) })), ` ${inWords(decision, times)}`))
+      : [make('li', {}, say('monitor.nothingDecided'))]));
   }
 
-  // Average, highest and lowest of each moment.
-  function extremes() {
-    const columns = [[], [], []];
-    times.forEach((_, row) => {
-      const loads = servers.map(server => server.history[row]).filter(load => load !== null);
-      const isKnown = loads.length > 0;
-      columns[0].push(isKnown ? loads.reduce((sum, load) => sum + load, 0) / loads.length : null);
-      columns[1].push(isKnown ? Math.max(...loads) : null);
-      columns[2].push(isKnown ? Math.min(...loads) : null);
-    });
-    return columns;
+  // --- the past ------------------------------------------------------------------------------------------------------------
+  const loads = charts.chart({ title: say('monitor.load'), format: texts.percent, least: 100 });
+  const seatsTaken = charts.chart({ title: say('monitor.seats'), format: texts.count, least: 4, isWhole: true });
+  const past = monitor.history((span, name) => {
+    if (name === 'minutes') {
+      loads.show(minutes.times, linesOfMinutes(), span, threshold);
+      return [loads];
+    }
+    const waits = day.of('waiting').some((value) => value > 0) ? [{ name: say('monitor.waiting'), values: day.of('waiting') }] : [];
+    seatsTaken.show(day.times, [{ name: say('monitor.seatsTaken'), values: day.of('taken'), isFilled: true }, { name: say('monitor.seats'), values: day.of('seats') }, ...waits], span);
+    loads.show(day.times, [{ name: say('monitor.averageLoad'), values: day.of('load'), isFilled: true }], span, threshold);
+    return [seatsTaken, loads];
+  });
+
+  function linesOfMinutes() {
+    if (servers.length <= MOST_LINES)
+      return servers.map((server) => ({ name: server.address, values: server.history, isFilled: servers.length === 1 }));
+    const at = minutes.times.map((_, row) => servers.map(({ history }) => history[row]).filter(known));
+    const each = (choose) => at.map((values) => (values.length ? choose(values) : null));
+    return [{ name: say('monitor.average'), values: each((values) => values.reduce((total, value) => total + value, 0) / values.length) },
+      { name: say('monitor.highest'), values: each((values) => Math.max(...values)) }, { name: say('monitor.lowest'), values: each((values) => Math.min(...values)) }];
   }
 
-  function draw() {
-    const columns = isCrowd() ? extremes() : servers.map(server => server.history);
-    const highest = columns.reduce((most, column) => column.reduce((top, load) => Math.max(top, load ?? 0), most), 100);
-    chart.updateOptions({file: monitor.rows(times, columns), valueRange: [0, highest * 1.03]});
-    servers.forEach(drawLine);
+  // --- messages of the server ----------------------------------------------------------------------------------------------
+  function takeSnapshot(message) {
+    threshold = message.threshold;
+    about = message.about ?? about;
+    site = { ...message, servers: undefined };
+    const same = servers.length === message.servers.length && servers.every(({ address, foundBy, path }, index) =>
+      address === message.servers[index].address && foundBy === message.servers[index].foundBy && path === message.servers[index].path);
+    const cells = servers.map((server) => server.cells);
+    servers = message.servers.map((server) => ({ ...server, heard: performance.now() }));
+    if (same && cells.length)
+      servers.forEach((server, index) => { server.cells = cells[index]; });
+    else
+      buildTable();
+    minutes.restate(servers.map(({ address, history }) => ({ name: address, history })), message.now - message.last, message.spacing);
+    day.restate(message.day.series, message.now - message.day.last, message.day.spacing);
+    write(started, say('monitor.started', { time: texts.moment(about.started), version: about.version }));
   }
 
-  function drawLine(server) {
-    const last = times.at(-1) ?? 0;
-    const right = server.cells.path.ownerSVGElement.viewBox.baseVal.width;
-    const scale = right / monitor.width(times);
-    let path = "";
-    let isOpen = false;
-    server.history.forEach((load, index) => {
-      if (load !== null) {
-        const x = Math.round(right - (last - times[index]) * scale);
-        path += `${isOpen ? "L" : "M"}${x} ${Math.round(100 - Math.min(load, 100))}`;
-        if (!isOpen)
-          path += "h1"; // makes a single point visible
-      }
-      isOpen = load !== null;
-    });
-    server.cells.path.setAttribute("d", path);
+  const TOLD = ['load', 'age', 'sessions', 'seats', 'state', 'drained', 'refusal', 'problem']; // whole in each update of a row
+
+  function take(message) {
+    if (message.servers)
+      takeSnapshot(message);
+    for (const name of ['state', 'stateText', 'waiting', 'longestWait', 'relayed'])
+      site[name] = message[name] ?? site[name];
+    if (known(message.waiting))
+      site.waitingFor = message.waitingFor;
+    for (const { row, ...told } of message.rows ?? []) {
+      for (const name of TOLD)
+        servers[row][name] = undefined;
+      showRow(Object.assign(servers[row], told, { heard: performance.now() }));
+    }
+    if (message.servers)
+      servers.forEach(showRow);
+    if (message.point)
+      minutes.add(message.now, servers.map((server) => server.load));
+    if (message.dayPoint)
+      day.add(message.now, message.dayPoint);
+    showSite();
+    if (message.servers || message.point || message.dayPoint) {
+      servers.forEach(({ cells, history }) => cells.path.setAttribute('d', charts.spark(history)));
+      past.refresh();
+    }
   }
 
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paintKeys);
+  const started = make('p', { id: 'started', class: 'hint' });
+  monitor.link('viewer/worlds/', say('monitor.worlds'));
+  monitor.link('class/', say('monitor.class'));
+  monitor.main.append(now, machines, past.section, decisions, ...operator.sections, started);
   setInterval(() => servers.forEach(showAge), 1000);
+  setInterval(() => void readDecisions(), 5000);
   monitor.watch(take);
+  void readDecisions();
 }

@@ -1,218 +1,214 @@
 "use strict";
 
-// The simulation server's page: the machine, its simulations, and ten minutes of every figure of monitor.csv.
+// The simulation server's page: its free seats, the machine, its simulations, and the past of every figure of monitor.csv.
 {
-  const {span, make, write} = monitor;
-  const section = document.getElementById("charts");
-  const table = document.getElementById("simulations");
+  const { make, write, SPANS } = monitor;
+  const minutes = monitor.timeline(SPANS.minutes);
+  const day = monitor.timeline(SPANS.day);
+  let about = null;
 
-  // The series by what they are measured in. `first` and `count` are places of columns of monitor.csv, as core/pages/monitor_sample.hpp
-  // orders them.
-  const panels = [
-    {title: "Load, last 10 minutes (%)", first: 2, count: 7, options: {valueRange: [0, 103]}},
-    {title: "Number of simulations", first: 0, count: 2, options: {axis: {pixelsPerLabel: 24, axisLabelFormatter: wholeNumber}}},
-    {title: "Network (MB/s)", first: 9, count: 2, options: {axis: {pixelsPerLabel: 30, axisLabelFormatter: value => String(Math.round(value * 1000) / 1000)}}},
+  // --- what the machine is now ---------------------------------------------------------------------------------------------
+  const free = make('p', { id: 'free' });
+  const sentence = make('span', { id: 'site' });
+  const lamp = make('p', {}, make('span', { class: 'dot', 'aria-hidden': 'true' }), sentence);
+  const draining = make('p', { id: 'draining', class: 'banner warning', hidden: '' }, say('monitor.drains'));
+  const notices = make('section', { id: 'notices' });
+  const measures = make('dl', { id: 'measures' });
+  const now = make('section', { id: 'now', class: 'panel' }, make('div', { class: 'seats' }, make('p', { class: 'hint' }, say('monitor.seats')), free, lamp), measures);
+
+  // Figures by their columns in monitor.csv, whose names programs know.
+  const MEASURES = [
+    { name: 'CPU load', title: () => say('monitor.processor') },
+    { name: 'CPU memory', title: () => say('monitor.memory') },
+    { name: 'GPU load compute', title: () => say('monitor.graphics'), isOfGpu: true },
+    { name: 'GPU memory', title: () => say('monitor.graphicsMemory'), isOfGpu: true },
+    { name: 'Swap', title: () => say('monitor.swap'), isOptional: true },
+    { name: 'Disk', title: () => say('monitor.disk') },
   ];
-  const hasGpu = Boolean(document.getElementById("gpu-compute"));
+  const has = ({ name, isOfGpu, isOptional }) => (!isOfGpu || Boolean(about.host.gpu)) && (!isOptional || minutes.of(name).some((value) => value > 0));
+  let bars = new Map(); // by name
 
-  let times = [];
-  let series = []; // {name, history}
-
-  function wholeNumber(value) {
-    return Number.isInteger(value) ? String(value) : "";
-  }
-
-  function take(message) {
-    if (message.series)
-      takeSnapshot(message);
-    if (message.point)
-      addPoint(message);
-    showFigures(message);
-    showDraining(message.draining === true);
-    showSimulations(message);
-    draw();
-  }
-
-  function takeSnapshot(message) {
-    const count = message.series[0].history.length;
-    times = Array.from({length: count}, (_, index) => message.now - (count - 1 - index) * message.spacing);
-    series = message.series;
-    if (!panels[0].chart)
-      buildCharts();
-  }
-
-  function addPoint(message) {
-    times.push(message.now);
-    series.forEach((each, index) => each.history.push(message.point[index]));
-    const old = times.findIndex(time => time >= message.now - span);
-    if (old > 0) {
-      times.splice(0, old);
-      series.forEach(each => each.history.splice(0, old));
+  function showNow({ capacity, count, staged, load }) {
+    const taken = count - (staged ?? 0);
+    const left = Math.max(0, capacity - taken);
+    const isFull = left === 0;
+    write(free, say('monitor.seatsFree', { free: texts.count(draining.hidden ? left : 0), seats: texts.count(capacity) }));
+    now.dataset.state = draining.hidden ? (isFull ? 'full' : 'free') : 'draining';
+    write(sentence, `${draining.hidden ? (isFull ? say('site.full') : say('monitor.takesMore')) : say('monitor.takesNone')}${staged ? ` ${say('monitor.staged', { count: texts.count(staged) })}` : ''}`);
+    const shown = MEASURES.filter(has);
+    if (shown.length + 1 !== bars.size) {
+      bars = new Map([['load', say('monitor.load')], ...shown.map(({ name, title }) => [name, title()])].map(([name, title]) => [name, { title, bar: monitor.bar() }]));
+      measures.replaceChildren(...[...bars].map(([name, { title, bar }]) => make('div', { 'data-name': name }, make('dt', {}, title), make('dd', {}, bar.element))));
+    }
+    for (const [name, { bar }] of bars) {
+      const value = name === 'load' ? load : minutes.of(name).at(-1) ?? 0;
+      bar.show(value, texts.percent(value), value >= 90);
     }
   }
 
-  function buildCharts() {
-    section.hidden = false;
-    for (const panel of panels) {
-      const shown = series.slice(panel.first, panel.first + panel.count);
-      // Without a graphics processor these are always 0: hidden at first, but the buttons can show them.
-      panel.visible = shown.map(each => hasGpu || !each.name.startsWith("GPU"));
-      panel.buttons = shown.map((each, index) => {
-        const key = make("span", {class: "key", style: `background:${monitor.color(index)}`});
-        const button = make("button", {type: "button", "aria-pressed": String(panel.visible[index])}, key, `${each.name} `, make("b", {}));
-        button.onclick = () => toggle(panel, index);
-        return button;
-      });
-      panel.time = make("span", {class: "reading"});
-      const element = make("div", {class: "chart"});
-      section.append(make("div", {class: "panel"}, make("h2", {}, panel.title, panel.time), element,
-                          make("div", {class: "legend"}, ...panel.buttons)));
-      panel.chart = monitor.chart(element, shown.map(each => each.name), {
-        visibility: panel.visible,
-        highlightCallback: (_, x, points) => {
-          write(panel.time, monitor.clock(new Date(x)));
-          panel.pointed = true;
-          showValues(panel, name => points.find(point => point.name === name)?.yval);
-        },
-        unhighlightCallback: () => {
-          write(panel.time, "");
-          panel.pointed = false;
-          showLatest(panel);
-        },
-        ...panel.options,
-      });
-    }
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paintKeys);
+  // --- what never changes --------------------------------------------------------------------------------------------------
+  const links = (addresses) => addresses.map((address) => make('li', {}, /^https?:\/\//.test(address) ? make('a', { href: address }, address) : address));
+
+  // [term, elements] of a list of definitions.
+  function definitions(rows) {
+    return make('dl', { class: 'facts' }, ...rows.map(([term, ...content]) => make('div', {}, make('dt', {}, term), make('dd', {}, ...content))));
   }
 
-  function paintKeys() {
-    for (const panel of panels)
-      panel.buttons.forEach((button, index) => { button.firstElementChild.style.background = monitor.color(index); });
+  function machineFacts() {
+    const { host, sandbox, display } = about;
+    const english = (text) => make('span', { lang: 'en' }, text);
+    return definitions([
+      [say('monitor.host'), `${host.name} (${host.system})`],
+      [say('monitor.processor'), `${host.processor}, ${host.cores === host.threads ? say('monitor.cores', { cores: texts.count(host.cores) })
+        : say('monitor.threads', { cores: texts.count(host.cores), threads: texts.count(host.threads) })}`],
+      [say('monitor.memory'), texts.memory(host.memory)],
+      ...(host.gpu ? [[say('monitor.graphics'), host.gpu]] : []),
+      ...(sandbox ? [[say('monitor.sandbox'), make('span', { id: 'sandbox', lang: 'en' }, sandbox)]] : []),
+      ...(display ? [[say('monitor.display'), make('span', { id: 'display', lang: 'en' }, display)]] : []),
+      ...(about.allowed.length ? [[say('monitor.allowed'), make('ul', {}, ...links(about.allowed))]] : []),
+      ...(about.blocked.length ? [[say('monitor.blocked'), make('ul', {}, ...links(about.blocked))]] : []),
+      [say('monitor.share'), about.registries.length ? say('monitor.shareOn', { load: texts.percent(about.shareIdleTime) }) : say('monitor.shareUpTo', { load: texts.percent(about.shareIdleTime) }),
+        ...(about.registries.length ? [make('ul', {}, ...links(about.registries))] : [])],
+      [say('monitor.version'), english(about.version)],
+    ]);
   }
 
-  function toggle(panel, index) {
-    panel.visible[index] = !panel.visible[index];
-    panel.buttons[index].setAttribute("aria-pressed", String(panel.visible[index]));
-    panel.chart.setVisibility(index, panel.visible[index]);
+  function describe() {
+    notices.hidden = !about.notices.length && !about.description;
+    notices.replaceChildren(...about.notices.map((notice) => make('p', { class: 'banner warning', lang: 'en' }, notice)),
+      ...(about.description ? [make('p', {}, about.description)] : []));
+    facts.replaceChildren(make('h2', {}, say('monitor.machine')), machineFacts());
   }
 
-  function showValues(panel, valueOf) {
-    panel.buttons.forEach((button, index) => {
-      const value = valueOf(series[panel.first + index].name);
-      write(button.lastElementChild, value === undefined || value === null ? "" : String(Math.round(value * 100) / 100));
-    });
+  // --- simulations ---------------------------------------------------------------------------------------------------------
+  const columns = [{ name: 'number', title: '#', isNumber: true }, { name: 'world', title: say('monitor.world') }, { name: 'state', title: say('monitor.state') },
+    { name: 'age', title: say('monitor.age'), isNumber: true }, { name: 'CPU', title: say('monitor.processor'), isNumber: true },
+    { name: 'memory', title: say('monitor.memory'), isNumber: true }, { name: 'processes', title: say('monitor.processes'), isNumber: true }];
+  const table = monitor.table('simulations', columns);
+  const heading = make('h2', { id: 'count' });
+  const none = make('p', { class: 'hint' }, say('monitor.noSimulation'));
+  const rest = make('p', { id: 'more', class: 'hint' });
+  const simulations = make('section', {}, heading, none, table.frame, rest);
+  const rows = new Map(); // by the simulation's number
+
+  // As the server names them (protocol 13.9).
+  const STATES = { 'fetching the project': () => say('monitor.simFetching'), 'loading the world': () => say('monitor.simLoading'), idle: () => say('monitor.simIdle'),
+    running: () => say('monitor.simRunning'), 'waiting for its browser': () => say('monitor.simWaiting'), 'fetching for later': () => say('monitor.simFetchingLater'),
+    'being staged': () => say('monitor.simStaging'), staged: () => say('monitor.simStaged') };
+
+  function newRow(id) {
+    const hints = { world: 2, CPU: 1, processes: 1 };
+    const row = make('tr', {}, ...columns.map(({ name }) =>
+      table.cell(name, make('b', {}), ...Array.from({ length: hints[name] ?? 0 }, () => make('span', { class: 'hint' })))));
+    rows.set(id, row);
+    table.body.append(row);
+    if (operator.active)
+      addEndButton(row, id);
+    return row;
   }
 
-  function showLatest(panel) {
-    showValues(panel, name => series.find(each => each.name === name).history.at(-1));
+  function showRow(row, { id, world, state, age, cpu, graphics, memory, processes, process, log, more }) {
+    const least = (text) => (more ? say('monitor.moreThan', { figure: text }) : text);
+    const file = /[^/]+$/.exec(world)?.[0] ?? world;
+    const figures = { number: String(id), state: STATES[state]?.() ?? state, age: texts.duration(age), CPU: cpu === undefined ? '' : least(texts.percent(cpu)),
+      memory: memory === undefined ? '' : least(texts.megabytes(memory)), processes: processes === undefined ? '' : least(texts.count(processes)) };
+    for (const [name, text] of Object.entries(figures))
+      write(row.querySelector(`[data-label="${name}"] b`), text);
+    row.dataset.state = state;
+    const notes = { world: [world.slice(0, world.length - file.length), log ? `${say('monitor.log')}: ${log}` : ''],
+      CPU: [graphics === undefined ? '' : `${say('monitor.graphics')} ${texts.percent(graphics)}`], processes: [process === undefined ? '' : `${say('monitor.process')} ${process}`] };
+    for (const [name, lines] of Object.entries(notes))
+      lines.forEach((text, index) => write(row.querySelectorAll(`[data-label="${name}"] .hint`)[index], text));
+    write(row.querySelector('[data-label="world"] b'), file);
+    row.cells[1].title = world;
   }
 
-  function showFigures(message) {
-    const latest = name => series.find(each => each.name === name)?.history.at(-1) ?? 0;
-    for (const [id, value] of [["load", message.load], ["cpu", latest("CPU load")], ["memory", latest("CPU memory")],
-                               ["swap", latest("Swap")], ["gpu-compute", latest("GPU load compute")],
-                               ["gpu-memory", latest("GPU memory")]]) {
-      const element = document.getElementById(id);
-      if (!element)
-        continue;
-      write(element, `${monitor.rounded(value)}%`);
-      element.style.setProperty("--value", String(value));
-    }
-  }
-
-  const known = new Map(); // rows by the simulation's number
-
-  // The operator's buttons: one for the machine, and a column of the table.
-  const intake = make("button", {type: "button", class: "act", id: "intake"});
-  const column = make("th", {}, "end");
-  let draining = false;
-
-  function showDraining(isDraining) {
-    draining = isDraining;
-    document.getElementById("draining").hidden = !draining;
-    write(intake, draining ? "Take simulations again" : "Drain this machine");
-  }
-
-  intake.onclick = () => operator.act(draining
-    ? {title: "Take simulations again?", text: "Then new simulations may start on this machine.", label: "Take them", path: "drain?off"}
-    : {title: "Drain this machine?", label: "Drain", path: "drain",
-       text: "It takes no new simulations until you take that back here, or it restarts. Those that run go on."});
-
-  function addEndButton(row, id) {
-    const button = make("button", {type: "button", class: "act", "aria-label": `End simulation ${id}`}, "End");
-    button.onclick = () => operator.act({
-      title: `End simulation ${id}?`, label: "End it", path: `end?simulation=${id}`,
-      text: `${row.cells[1].textContent}: whoever uses it is told that the operator has ended it. What was not saved is lost.`,
-    });
-    row.append(make("td", {class: "action"}, button));
-  }
-
-  operator.watch(active => {
-    if (active) {
-      document.getElementById("draining").after(make("p", {class: "action"}, intake));
-      table.tHead.rows[0].append(column);
-      known.forEach((row, id) => addEndButton(row, id));
-      return;
-    }
-    intake.parentElement.remove();
-    column.remove();
-    known.forEach(row => row.lastElementChild.remove());
-  });
-
-  function showSimulations(message) {
-    write(document.getElementById("count"), String(message.count));
-    write(document.getElementById("staged"), message.staged ? `, ${message.staged} of them staged` : "");
-    table.hidden = message.count === 0;
-    if (known.size === 0)
-      table.tBodies[0].replaceChildren(); // the rows of the first paint
-    const left = new Set(known.keys());
-    for (const simulation of message.simulations) {
+  function showSimulations({ count, simulations: shown }) {
+    write(heading, count === 0 ? say('monitor.simulations') : count === 1 ? say('monitor.oneSimulation') : say('monitor.manySimulations', { count: texts.count(count) }));
+    none.hidden = count > 0;
+    table.frame.hidden = count === 0;
+    const left = new Set(rows.keys());
+    for (const simulation of shown) {
       left.delete(simulation.id);
-      let row = known.get(simulation.id);
-      if (!row) {
-        row = monitor.newRow();
-        known.set(simulation.id, row);
-        table.tBodies[0].append(row);
-        if (operator.active)
-          addEndButton(row, simulation.id);
-      }
-      const {cpu, graphics, memory, processes} = simulation;
-      const more = simulation.more ? "more than " : "";
-      [String(simulation.id), simulation.world, simulation.state, monitor.age(simulation.age),
-       cpu === undefined ? "" : `${more}${cpu.toFixed(1)}%${graphics === undefined ? "" : `, GPU ${graphics.toFixed(1)}%`}`,
-       memory === undefined ? "" : `${more}${memory.toFixed(1)} MB`,
-       processes === undefined ? "" : `${more}${processes}`, String(simulation.process ?? ""),
-       simulation.log ?? ""]
-          .forEach((text, index) => write(row.cells[index], text));
-      row.cells[1].title = simulation.world;
+      showRow(rows.get(simulation.id) ?? newRow(simulation.id), simulation);
     }
     for (const id of left) {
-      known.get(id).remove();
-      known.delete(id);
+      rows.get(id).remove();
+      rows.delete(id);
     }
-    showRest(message.count - message.simulations.length);
+    rest.hidden = count === shown.length; // of very many only the first are listed
+    write(rest, say('monitor.andMore', { count: texts.count(count - shown.length) }));
   }
 
-  // If there are very many simulations, only the first are listed.
-  function showRest(more) {
-    let line = document.getElementById("more");
-    if (!line) {
-      line = make("p", {id: "more", class: "reading"});
-      table.parentElement.after(line);
-    }
-    write(line, more > 0 ? `and ${more} more` : "");
+  // --- the operator's buttons: one for the machine, and a column of the table ----------------------------------------------
+  const intake = make('button', { type: 'button', class: 'act', id: 'intake' });
+  const intakeLine = make('p', { class: 'action' }, intake);
+  const column = make('th', { scope: 'col' }, say('monitor.end'));
+
+  function showDraining(isDraining) {
+    draining.hidden = !isDraining;
+    write(intake, isDraining ? say('monitor.takeAgain') : say('monitor.drainThis'));
   }
 
-  function draw() {
-    for (const panel of panels) {
-      const columns = series.slice(panel.first, panel.first + panel.count).map(each => each.history);
-      const highest = columns.reduce((most, column) => column.reduce((top, value) => Math.max(top, value ?? 0), most), 0);
-      const range = panel.options.valueRange ?? [0, Math.max(highest * 1.1, panel.first === 0 ? 2 : 0.1)];
-      panel.chart.updateOptions({file: monitor.rows(times, columns), valueRange: range});
-      if (!panel.pointed)
-        showLatest(panel);
-    }
+  intake.onclick = () => operator.act(draining.hidden
+    ? { title: say('monitor.drainThisTitle'), label: say('monitor.drain'), path: 'drain', text: say('monitor.drainThisText') }
+    : { title: say('monitor.takeAgainTitle'), text: say('monitor.takeAgainText'), label: say('monitor.takeThem'), path: 'drain?off' });
+
+  function addEndButton(row, id) {
+    const button = make('button', { type: 'button', class: 'act', 'aria-label': say('monitor.endLabel', { id }) }, say('monitor.end'));
+    button.onclick = () => operator.act({
+      title: say('monitor.endTitle', { id }), label: say('monitor.endIt'), path: `end?simulation=${id}`,
+      text: say('monitor.endText', { world: row.cells[1].title }),
+    });
+    row.append(make('td', { class: 'action' }, button));
   }
 
+  operator.watch((active) => {
+    if (active) {
+      now.after(intakeLine);
+      table.head.append(column);
+      rows.forEach((row, id) => addEndButton(row, id));
+      return;
+    }
+    intakeLine.remove();
+    column.remove();
+    rows.forEach((row) => row.lastElementChild.remove());
+  });
+
+  // --- the past ------------------------------------------------------------------------------------------------------------
+  const loads = charts.chart({ title: say('monitor.load'), format: texts.percent, least: 100 });
+  const numbers = charts.chart({ title: say('monitor.simulations'), format: texts.count, least: 4, isWhole: true });
+  const network = charts.chart({ title: say('monitor.network'), format: texts.rate, least: 0.01 });
+  const past = monitor.history((span, name) => {
+    const { times, of } = name === 'minutes' ? minutes : day;
+    const line = (column, title, isFilled = false) => ({ name: title, values: of.call(name === 'minutes' ? minutes : day, column), isFilled });
+    loads.show(times, MEASURES.filter(has).map((each) => line(each.name, each.title())), span);
+    numbers.show(times, [line('Webots running', say('monitor.simRunning'), true), line('Webots idle', say('monitor.simIdle'))], span);
+    network.show(times, [line('Network sent', say('monitor.sent'), true), line('Network received', say('monitor.received'))], span);
+    return [loads, numbers, network];
+  });
+
+  // --- messages of the server ----------------------------------------------------------------------------------------------
+  function take(message) {
+    if (message.series) {
+      about = message.about ?? about;
+      describe();
+      minutes.restate(message.series, message.now, message.spacing);
+      day.restate(message.day.series, message.now - message.day.last, message.day.spacing);
+    }
+    if (message.point)
+      minutes.add(message.now, message.point);
+    if (message.dayPoint)
+      day.add(message.now, message.dayPoint);
+    showDraining(message.draining === true);
+    showNow(message);
+    showSimulations(message);
+    past.refresh();
+  }
+
+  const facts = make('section', { id: 'machine' });
+  if (monitor.isSandboxed) // behind the gateway of a session server
+    monitor.link(/\/machine\/[^/]+\/monitor$/.test(location.pathname) ? '../../monitor' : '../monitor', say('monitor.allMachines'));
+  monitor.main.append(notices, draining, now, simulations, past.section, facts, ...operator.sections);
   monitor.watch(take);
 }

@@ -2,6 +2,8 @@
 
 #include "core/access/password_guesses.hpp"
 #include "core/base64.hpp"
+#include "core/pages/http_pages.hpp"
+#include "service/error_page.hpp"
 
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/testing/recording_log.hpp>
@@ -419,6 +421,40 @@ BOOST_AUTO_TEST_CASE(pages_say_who_may_frame_them_and_nothing_is_guessed)
                "frames are not sockets");
     fixture.site.fixed_headers = "Access-Control-Allow-Origin: *\r\n";
     BOOST_TEST(fixture.get("/session").fixed_headers == "Access-Control-Allow-Origin: *\r\n");
+}
+
+// Issue 48, item 8.
+BOOST_AUTO_TEST_CASE(people_see_a_refusal_in_a_page_of_ours_and_programs_the_sentence_alone)
+{
+    AccessParams params;
+    params.monitor_addresses = {"192.0.2.1"};
+    Fixture fixture(std::move(params));
+    Headers const page{{"Host", "localhost:1999"}, {"Accept", "text/html,*/*"}};
+    auto const refused = fixture.get("/monitor", page);
+    BOOST_TEST(refused.status == 403);
+    BOOST_TEST(refused.body.starts_with("<!DOCTYPE html>"));
+    BOOST_TEST(refused.body.find("<h1>The monitor of this server is not for your address.</h1>") !=
+               std::string::npos);
+    BOOST_TEST(refused.body.find("--accent") != std::string::npos, "the design tokens are in it");
+    BOOST_TEST(refused.body.find("href=\"./\"") != std::string::npos);
+    BOOST_TEST(fixture.get("/monitor").body == "The monitor of this server is not for your address.");
+    auto script = page;
+    script.emplace_back("Sec-Fetch-Mode", "cors");
+    BOOST_TEST(fixture.get("/monitor", script).body == "The monitor of this server is not for your address.");
+    BOOST_TEST(fixture.get("/load", page).body == fixture.get("/load").body, "which is no refusal");
+}
+
+BOOST_AUTO_TEST_CASE(the_way_home_from_a_refusal_leads_up)
+{
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/viewer/worlds/nothing";
+    Headers const headers{{"Accept", "text/html"}};
+    request.headers = headers;
+    HttpResponse response(404, std::string(core::html_type), "<html><title>404: Not Found</title></html>");
+    dress_for_people(response, request);
+    BOOST_TEST(response.body.find("href=\"./../../\"") != std::string::npos);
+    BOOST_TEST(response.body.find("There is nothing at this address.") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(base64_is_padded)

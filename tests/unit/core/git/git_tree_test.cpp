@@ -6,6 +6,8 @@
 #include "core/git/git_problem.hpp"
 #include "core/git/git_tree.hpp"
 #include "core/safe_names.hpp"
+#include "core/text.hpp"
+#include "core/safe_names.hpp"
 
 #include <map>
 #include <string>

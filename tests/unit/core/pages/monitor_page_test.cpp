@@ -9,7 +9,7 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 
 // Protocol sections 2.3, 2.4, 4.4, 9.3 and quirk Q24.
-BOOST_AUTO_TEST_SUITE(monitor_page)
+BOOST_AUTO_TEST_SUITE(monitor_pages)
 
 namespace {
 
@@ -28,14 +28,6 @@ LoadTotals totals(std::vector<std::string> const& up)
     return table.totals();
 }
 
-SessionRow row(std::string address, std::optional<double> load)
-{
-    SessionRow row;
-    row.address = std::move(address);
-    row.load = load;
-    return row;
-}
-
 bool contains(std::string const& page, std::string_view text)
 {
     return page.find(text) != std::string::npos;
@@ -50,201 +42,111 @@ BOOST_AUTO_TEST_CASE(the_mean_load_is_over_servers_that_are_up)
     BOOST_TEST(mean_load(totals({"0"})) == "0.0");
 }
 
-BOOST_AUTO_TEST_CASE(the_table_has_links_loads_and_an_average_with_one_percent_sign)
+// Programs may look for them (protocol 2.4 and 9.3).
+BOOST_AUTO_TEST_CASE(the_words_of_old_pages_are_there_for_who_has_no_scripts)
 {
-    SessionMonitorView view;
-    view.ssl = false;
-    view.servers = {row("a:2000", 7.875), row("b/2000", {})};
-    view.servers[0].sessions = 3;
-    view.servers[0].placed = 12;
-    view.servers[1].refusal = "Error: <No> disk";
-    auto const page = session_monitor_page(view);
-    BOOST_TEST(contains(page, "<title>Webots session server</title>"));
-    BOOST_TEST(contains(page, "<h1>Webots session server</h1>"));
-    BOOST_TEST(contains(page, "Managing 2 simulation servers:"));
-    auto const started = page.find("Started on ");
-    BOOST_TEST_REQUIRE(started != std::string::npos);
+    MonitorPage page;
+    page.title = "Webots session server";
+    page.words = session_words(WallTime(std::chrono::seconds(1'700'000'000)), 2, totals({"7.875"}));
+    auto const html = monitor_page(page);
+    BOOST_TEST(contains(html, "<title>Webots session server</title>"));
+    BOOST_TEST(contains(html, "<h1>Webots session server</h1>"));
+    BOOST_TEST(contains(html, "<noscript>"));
+    BOOST_TEST(contains(html, "Managing 2 simulation servers:"));
+    BOOST_TEST(contains(html, "average: 7.88%."));
     std::regex const moment("Started on [A-Z][a-z]+day, [A-Z][a-z]+ \\d\\d, \\d{4} at \\d\\d:\\d\\d:\\d\\d");
-    BOOST_TEST(std::regex_search(page, moment), page.substr(started, 60));
-    BOOST_TEST(contains(page, "<a href=\"http://a:2000/monitor\">a:2000</a>"));
-    BOOST_TEST(contains(page, "N/A"));
-    BOOST_TEST(contains(page, "<b id=\"average\">7.88%</b>"));
-    BOOST_TEST(contains(page, "data-label=\"sessions\">3</td>"));
-    BOOST_TEST(contains(page, "data-label=\"placed\">12</td>"));
+    BOOST_TEST(std::regex_search(html, moment), html);
     BOOST_TEST(
-        contains(page, "<span class=\"refusal\">refused its last start: Error: &lt;No&gt; disk</span>"));
-    BOOST_TEST(contains(page, "<span class=\"refusal\" hidden></span>"));
-    BOOST_TEST(!contains(page, "%%"));
+        contains(session_words(WallTime(), 1, totals({})), "Managing 1 simulation server: average: N/A."));
+    BOOST_TEST(simulation_words(12.345) == "Current load: 12.35%.");
 }
 
-BOOST_AUTO_TEST_CASE(the_page_of_a_machine_behind_the_gateway_is_below_ours)
+BOOST_AUTO_TEST_CASE(the_heading_is_the_title_of_the_machine)
 {
-    SessionMonitorView view;
-    view.gateway = true;
-    view.servers = {row("*/2000", 1), row("b:3000", 1)};
-    auto const page = session_monitor_page(view);
-    BOOST_TEST(contains(page, "data-gateway"));
-    BOOST_TEST(contains(page, "<a href=\"2000/monitor\">*/2000</a>"));
-    view.servers = {row("10.0.0.2:2000", 1)};
-    view.servers.front().path = "/machine/abc";
-    BOOST_TEST(contains(session_monitor_page(view), "<a href=\"machine/abc/monitor\">10.0.0.2:2000</a>"));
-    view.servers = {row("*/2000", 1), row("b:3000", 1)};
-    BOOST_TEST(contains(page, "<a href=\"https://b:3000/monitor\">b:3000</a>"));
-    view.gateway = false;
-    view.servers = {row("h/2000", 1)};
-    BOOST_TEST(contains(session_monitor_page(view), "<a href=\"https://h/2000/monitor\">h/2000</a>"));
-    BOOST_TEST(!contains(session_monitor_page(view), "data-gateway"));
+    MonitorPage page;
+    page.title = "Webots simulation server";
+    page.heading = "Lab <7>";
+    BOOST_TEST(contains(monitor_page(page), "<title>Webots simulation server</title>"));
+    BOOST_TEST(contains(monitor_page(page), "<h1>Lab &lt;7&gt;</h1>"));
+    page.heading.clear();
+    BOOST_TEST(contains(monitor_page(page), "<h1>Webots simulation server</h1>"));
 }
 
-BOOST_AUTO_TEST_CASE(of_thousands_of_servers_the_page_has_some_and_says_how_many_more_there_are)
+BOOST_AUTO_TEST_CASE(no_text_of_a_snapshot_ends_its_element)
 {
-    SessionMonitorView view;
-    for (int i = 0; i < 5000; ++i)
-        view.servers.emplace_back().address = "m" + std::to_string(i) + ":2000";
-    auto const page = session_monitor_page(view);
-    BOOST_TEST(contains(page, "Managing 5000 simulation servers:"));
-    BOOST_TEST(contains(page, ">m199:2000<"));
-    BOOST_TEST(!contains(page, ">m200:2000<"));
-    BOOST_TEST(contains(page, "and 4800 more, which are shown where scripts are allowed"));
-    view.servers.resize(200);
-    BOOST_TEST(!contains(session_monitor_page(view), " more, "));
+    MonitorPage page;
+    page.snapshot = R"({"world":"</script><script>alert(1)</script><!--"})";
+    auto const html = monitor_page(page);
+    BOOST_TEST(contains(
+        html,
+        R"json(id="snapshot">{"world":"\u003c/script>\u003cscript>alert(1)\u003c/script>\u003c!--"}</script>)json"));
 }
 
-BOOST_AUTO_TEST_CASE(who_waits_is_shown_where_the_server_relays)
+BOOST_AUTO_TEST_CASE(of_other_pages_the_monitors_say_what_a_site_is_and_why_people_wait)
 {
-    SessionMonitorView view;
-    BOOST_TEST(contains(session_monitor_page(view), "<p id=\"waiting\" hidden></p>"));
-    WaitingFigures figures;
-    figures.relayed = 40;
-    view.waiting = figures;
-    BOOST_TEST(contains(session_monitor_page(view), "<p id=\"waiting\">Waiting: 0, relayed: 40</p>"));
-    view.waiting->waiting = 12;
-    view.waiting->longest = std::chrono::minutes(2);
-    BOOST_TEST(contains(session_monitor_page(view),
-                        "<p id=\"waiting\">Waiting: 12 (longest 2 min), relayed: 40</p>"));
-}
-
-BOOST_AUTO_TEST_CASE(a_full_server_is_marked)
-{
-    SessionMonitorView view;
-    view.servers = {row("a:2000", 95), row("b:2000", 94.9)};
     BOOST_TEST(
-        contains(session_monitor_page(view), "<td class=\"number full\" data-label=\"load\">95.0%</td>"));
-    BOOST_TEST(contains(session_monitor_page(view), ">94.9%</td>"));
+        monitor_texts(
+            {{"de", R"({"monitor.live":"Live"})",
+              R"({"site.full":"Voll.","viewer.start":"Start","waiting.room":"Eng.","waiting.next":"?"})"},
+             {"en", "{}", "broken"}}) ==
+        R"({"de":{"monitor.live":"Live","site.full":"Voll.","waiting.room":"Eng."},"en":{}})");
 }
 
-// Issue 42, item 3: "servers full 0" at 4 of 4 seats.
-BOOST_AUTO_TEST_CASE(seats_are_shown_and_what_a_server_and_the_site_are)
+BOOST_AUTO_TEST_CASE(a_session_server_tells_what_the_page_cannot_know)
 {
-    SessionMonitorView view;
-    view.state = SiteState::full;
-    view.servers = {row("a:2000", 20)};
-    view.servers.front().sessions = view.servers.front().seats = 4;
-    view.servers.front().state = SiteState::full;
-    auto const page = session_monitor_page(view);
-    BOOST_TEST(contains(page, "<p id=\"site\">Every seat is taken.</p>"));
-    BOOST_TEST(contains(page, "<td class=\"number full\" data-label=\"sessions\">4 of 4</td>"));
-    BOOST_TEST(contains(page, "<td data-label=\"state\">full</td>"));
+    SessionAbout about;
+    about.started = WallTime(std::chrono::seconds(1'700'000'000));
+    about.is_tls = false;
+    about.is_gateway = true;
+    auto const text = about_json(about);
+    BOOST_TEST(contains(text, R"("started":1700000000,)"));
+    BOOST_TEST(contains(text, R"("tls":false,"gateway":true,"decisions":false})"));
 }
 
-BOOST_AUTO_TEST_CASE(each_page_has_a_row_for_its_script_to_copy)
+BOOST_AUTO_TEST_CASE(a_simulation_server_tells_every_figure_of_the_reference)
 {
-    auto const session = session_monitor_page(SessionMonitorView());
-    BOOST_TEST(contains(session, "<template id=\"row\"><tr class=\"down\"><td class=\"number\">0</td>"));
-    BOOST_TEST(contains(session, "<a href=\"https://{address}/monitor\">{address}</a>"));
-    auto const simulation = simulation_monitor_page(SimulationMonitorView());
-    BOOST_TEST(contains(simulation, "<template id=\"row\"><tr><td class=\"number\">0</td>"));
+    SimulationAbout about;
+    about.title = "Lab 7";
+    about.description = "Ask Ada.";
+    about.notices = {"", "Some limits are not kept."};
+    about.host.system = "Debian GNU/Linux 12";
+    about.host.name = "lab7";
+    about.host.processor = "Fast \"One\"";
+    about.host.cores = 16;
+    about.host.threads_per_core = 2;
+    about.host.memory_bytes = std::uint64_t{32} << 30;
+    about.allowed = {"https://github.com/cyberbotics", "local:/demo"};
+    about.registries = {"https://webots.cloud/ajax/server/setup.php", "odd"};
+    auto const text = about_json(about);
+    for (
+        auto const* part :
+        {R"("title":"Lab 7","description":"Ask Ada.","notices":["Some limits are not kept."])",
+         R"("host":{"system":"Debian GNU/Linux 12","name":"lab7","processor":"Fast \"One\"","threads":16,"cores":8,)"
+         R"("memory":34359738368})",
+         R"("allowed":["https://github.com/cyberbotics","local:/demo"],"blocked":[])",
+         R"("registries":["https://webots.cloud","odd"],"shareIdleTime":5E1)"})
+        BOOST_TEST(contains(text, part), text);
+    about.host.gpu = "2x NVIDIA T4 (15.8GB)";
+    BOOST_TEST(contains(about_json(about), R"json("gpu":"2x NVIDIA T4 (15.8GB)")json"));
 }
 
-BOOST_AUTO_TEST_CASE(every_value_is_escaped)
+BOOST_AUTO_TEST_CASE(styles_scripts_texts_and_the_logo_stand_in_the_page_itself)
 {
-    SessionMonitorView view;
-    auto hostile = row("<script>:1", {});
-    hostile.problem = "<img src=x>";
-    view.servers = {hostile};
-    BOOST_TEST(!contains(session_monitor_page(view), "<script>"));
-    BOOST_TEST(!contains(session_monitor_page(view), "<img"));
-
-    SimulationMonitorView simulation;
-    simulation.title = simulation.description = simulation.notice = simulation.warning =
-        simulation.limits_warning = "<script>";
-    simulation.allowed = simulation.blocked = {"https://x/\"><script>"};
-    SimulationRow hostile_row;
-    hostile_row.world = hostile_row.state = hostile_row.log = "<script>";
-    simulation.simulations = {hostile_row};
-    simulation.notify = {"https://<script>/x", "<script>"};
-    simulation.host.system = simulation.host.name = simulation.host.processor = simulation.host.gpu =
-        "<script>";
-    BOOST_TEST(!contains(simulation_monitor_page(simulation), "<script>"));
-}
-
-BOOST_AUTO_TEST_CASE(the_simulation_page_has_every_figure_of_the_reference)
-{
-    SimulationMonitorView view;
-    view.title = "Lab 7";
-    view.description = "Ask Ada.";
-    view.limits_warning = "Some limits are not kept.";
-    view.load = 12.345;
-    view.host.system = "Debian GNU/Linux 12";
-    view.host.name = "lab7";
-    view.host.processor = "Fast One";
-    view.host.cores = 16;
-    view.host.threads_per_core = 2;
-    view.host.memory_bytes = std::uint64_t{32} << 30;
-    view.sample.cpu = 25;
-    view.sample.memory = 50;
-    view.allowed = {"https://github.com/cyberbotics", "local:/demo"};
-    view.notify = {"https://webots.cloud/ajax/server/setup.php"};
-    auto const page = simulation_monitor_page(view);
-    for (auto const* text : {"<title>Webots simulation server</title>", "<h1>Lab 7</h1>", "<p>Ask Ada.</p>",
-                             "<p class=\"notice\">Some limits are not kept.</p>", "Current load: ",
-                             ">12.35%</b>", "Debian GNU/Linux 12 (lab7)", ">25.0%</b> Fast One (2x 8 cores)",
-                             "Not recognized", ">50.0%</b> of 32.0GB, swap ", "Allowed Repositories",
-                             "<a href=\"https://github.com/cyberbotics\">", "<td>local:/demo</td>",
-                             "Share Idle Time: <b>50.0%</b>", "<a href=\"https://webots.cloud\">"})
-        BOOST_TEST(contains(page, text), text);
-    BOOST_TEST(!contains(page, "Blocked Repositories"));
-    view.title.clear();
-    view.blocked = {"https://github.com/evil"};
-    auto const other = simulation_monitor_page(view);
-    BOOST_TEST(contains(other, "<h1>Webots simulation server</h1>"));
-    BOOST_TEST(contains(other, "Blocked Repositories"));
-    BOOST_TEST(contains(other, "<a href=\"https://github.com/evil\">"));
-}
-
-BOOST_AUTO_TEST_CASE(graphics_processors_are_shown_with_their_load_and_memory)
-{
-    SimulationMonitorView view;
-    view.host.gpu = "2x NVIDIA T4 (15.8GB)";
-    view.sample.gpu_compute = 35;
-    view.sample.gpu_memory = 75;
-    auto const page = simulation_monitor_page(view);
-    for (auto const* text :
-         {"GPU load compute", ">35.0%</b> 2x NVIDIA T4 (15.8GB)", "GPU RAM usage", ">75.0%</b>"})
-        BOOST_TEST(contains(page, text), text);
-    BOOST_TEST(!contains(page, "Not recognized"));
-}
-
-BOOST_AUTO_TEST_CASE(percentages_say_what_they_are_coloured_by)
-{
-    SimulationMonitorView view;
-    view.sample.cpu = 100;
-    auto const page = simulation_monitor_page(view);
-    BOOST_TEST(contains(page, "id=\"cpu\" style=\"--value:100.0\">100.0%"));
-    BOOST_TEST(contains(page, "id=\"load\" style=\"--value:0.0\">0.0%"));
-}
-
-BOOST_AUTO_TEST_CASE(styles_and_scripts_stand_in_the_page_itself)
-{
-    SessionMonitorView view;
-    view.assets.styles = {"b{}"};
-    view.assets.scripts = {"one();", "two();"};
-    view.assets.port = 1999;
-    auto const page = session_monitor_page(view);
-    BOOST_TEST(contains(page, "<style>\nb{}</style>"));
-    BOOST_TEST(page.find("one();") < page.find("two();"));
-    BOOST_TEST(contains(page, "data-port=\"1999\""));
-    BOOST_TEST(!contains(page, "src="));
+    MonitorPage page;
+    page.title = "Webots session server";
+    page.assets.styles = {"b{}"};
+    page.assets.scripts = {"one();", "two();"};
+    page.assets.texts = R"({"en":{}})";
+    page.assets.logo = "<svg></svg>";
+    page.assets.port = 1999;
+    auto const html = monitor_page(page);
+    BOOST_TEST(contains(html, "<style>\nb{}</style>"));
+    BOOST_TEST(contains(html, R"(<script type="application/json" id="texts">{"en":{}}</script>)"));
+    BOOST_TEST(html.find("id=\"snapshot\"") < html.find("one();"));
+    BOOST_TEST(html.find("one();") < html.find("two();"));
+    BOOST_TEST(contains(html, "<svg></svg><h1>"));
+    BOOST_TEST(contains(html, "data-port=\"1999\""));
+    BOOST_TEST(!contains(html, "src="));
 }
 
 BOOST_AUTO_TEST_SUITE_END()

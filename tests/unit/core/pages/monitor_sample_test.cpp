@@ -92,7 +92,8 @@ BOOST_AUTO_TEST_CASE(the_pages_texts_carry_every_series)
     auto const update = board.update({row}, 10);
     BOOST_TEST(update == R"({"now":1700000000,"load":12.5,"count":1,"capacity":10,"simulations":[)"
                          R"({"id":4,"world":"a\"b.wbt","state":"running","age":65}],)"
-                         R"("point":[3,1,12.34,50,7,2,66.66,0,81.25,1.235,0]})");
+                         R"("point":[3,1,12.34,50,7,2,66.66,0,81.25,1.235,0],)"
+                         R"("dayPoint":[3,1,12.3,50,7,2,66.7,0,81.2,1.2,0]})");
     row.staged = true;
     BOOST_TEST(board.update({row}, 10).find(R"("capacity":10,"staged":1,"simulations":[)") !=
                std::string::npos);
@@ -105,6 +106,14 @@ BOOST_AUTO_TEST_CASE(the_pages_texts_carry_every_series)
                std::string::npos);
     for (auto const name : MonitorSample::names())
         BOOST_TEST(snapshot.find(name) != std::string::npos, name);
+    BOOST_TEST(
+        snapshot.find(R"("day":{"last":0,"spacing":60,"series":[{"name":"Webots running","history":[3]})") !=
+        std::string::npos);
+    BOOST_TEST(snapshot.find("about") == std::string::npos);
+    board.describe(R"({"title":"Lab 7"})");
+    BOOST_TEST(board.snapshot({row}, 10).find(R"(,"about":{"title":"Lab 7"},)") != std::string::npos);
+    board.take(sample(), 12.5, TimePoint(1h) + 1s, wall);
+    BOOST_TEST(board.update({row}, 10).find("dayPoint") == std::string::npos, "the minute is not over");
 }
 
 BOOST_AUTO_TEST_CASE(texts_are_bounded_however_much_runs)

@@ -42,6 +42,14 @@ WaitingFigures waiting_figures(std::size_t waiting, Duration longest, std::size_
     return figures;
 }
 
+/// Of a snapshot: the day has tests of its own.
+std::string without_day(std::string text)
+{
+    auto const begin = text.find("\"day\":{");
+    auto const end = text.find("]}]},", begin);
+    return begin == std::string::npos ? text : text.erase(begin, end + 5 - begin);
+}
+
 /// A board and what it looks at.
 struct Fixture
 {
@@ -98,8 +106,8 @@ struct Fixture
         board.change(row(number).address);
     }
     void take(TimePoint now = start, WallTime at = wall) { board.take(now, at); }
-    std::string snapshot() { return board.snapshot(); }
-    std::string update() { return board.update(); }
+    std::string snapshot() { return without_day(board.snapshot()); }
+    std::string update() { return without_day(board.update()); }
 
     std::map<std::string, FleetMachine> machines; ///< By address.
     std::list<ServerLoad> servers;
@@ -131,10 +139,13 @@ BOOST_AUTO_TEST_CASE(who_comes_gets_everything)
     Fixture fixture({server("a:1", 7.875, {}, start - 2s), server("b\"</script>:1", {}, "bad\n")});
     fixture.take();
     fixture.board.count_placed([](std::string_view address) { return address == "a:1" ? 0u : 2u; });
-    BOOST_TEST(fixture.snapshot() ==
-               R"({"now":1700000000,"threshold":95,"last":0,"spacing":5,"servers":[)"
-               R"({"address":"a:1","load":7.88,"placed":0,"age":2,"history":[7.9]},)"
-               R"({"address":"b\"</script>:1","load":null,"placed":2,"problem":"bad\n","history":[null]}]})");
+    BOOST_TEST(
+        fixture.board.snapshot() ==
+        R"({"now":1700000000,"threshold":95,"last":0,"spacing":5,"day":{"last":0,"spacing":60,"series":[)"
+        R"({"name":"load","history":[7.9]},{"name":"taken","history":[0]},)"
+        R"({"name":"seats","history":[0]},{"name":"waiting","history":[null]}]},"servers":[)"
+        R"({"address":"a:1","load":7.88,"placed":0,"age":2,"history":[7.9]},)"
+        R"({"address":"b\"</script>:1","load":null,"placed":2,"problem":"bad\n","history":[null]}]})");
     BOOST_TEST(fixture.update() == fixture.snapshot()); // servers are listed that were not
 }
 
@@ -334,10 +345,13 @@ BOOST_AUTO_TEST_CASE(who_waits_and_who_is_relayed_is_told_by_a_server_that_relay
     fixture.take();
     BOOST_TEST(fixture.snapshot().find("waiting") == std::string::npos);
     auto figures = waiting_figures(12, 125900ms, 40);
+    figures.reasons = {{"seat", 11}, {"room", 1}};
     fixture.board.note_waiting(figures);
     fixture.take(start + 1s, wall + 1s);
-    BOOST_TEST(fixture.update() == R"({"now":1700000001,"threshold":95,"last":1,"spacing":0,)"
-                                   R"("waiting":12,"longestWait":125,"relayed":40,"servers":[]})");
+    BOOST_TEST(fixture.update() ==
+               R"({"now":1700000001,"threshold":95,"last":1,"spacing":0,)"
+               R"("waiting":12,"longestWait":125,"relayed":40,"waitingFor":{"seat":11,"room":1},)"
+               R"("servers":[]})");
     figures.longest = 125950ms;
     fixture.board.note_waiting(figures); // nothing that watchers see
     fixture.take(start + 2s, wall + 2s);
@@ -346,9 +360,9 @@ BOOST_AUTO_TEST_CASE(who_waits_and_who_is_relayed_is_told_by_a_server_that_relay
          {waiting_figures(12, 126s, 40), waiting_figures(11, 126s, 40), waiting_figures(11, 126s, 41)}) {
         fixture.board.note_waiting(next);
         fixture.take(start + 2s, wall + 2s);
-        BOOST_TEST(fixture.update() ==
-                   "{\"now\":1700000002,\"waiting\":" + std::to_string(next.waiting) +
-                       ",\"longestWait\":126,\"relayed\":" + std::to_string(next.relayed) + ",\"rows\":[]}");
+        BOOST_TEST(fixture.update() == "{\"now\":1700000002,\"waiting\":" + std::to_string(next.waiting) +
+                                           ",\"longestWait\":126,\"relayed\":" +
+                                           std::to_string(next.relayed) + ",\"waitingFor\":{},\"rows\":[]}");
     }
     fixture.board.note_waiting({}); // it relays no longer: the line has to go
     fixture.take(start + 3s, wall + 3s);
@@ -378,6 +392,27 @@ BOOST_AUTO_TEST_CASE(seats_and_what_a_server_is_are_told_and_what_the_site_is)
     fixture.board.note_site(SiteState::free);
     fixture.take(start + 2s, wall + 2s);
     BOOST_TEST(fixture.update().empty());
+}
+
+// Issue 48, item 6.
+BOOST_AUTO_TEST_CASE(a_day_of_seats_and_who_waits_is_kept_minute_by_minute)
+{
+    auto half = server("a:1", 40);
+    half.report.sessions = 3;
+    half.report.capacity = 8;
+    Fixture fixture({half, server("b:1", {})});
+    fixture.take();
+    BOOST_TEST(!fixture.board.ends_minute(start + 59s));
+    BOOST_TEST(fixture.board.ends_minute(start + 60s));
+    fixture.board.snapshot();
+    fixture.board.note_waiting(waiting_figures(2, 5s, 0));
+    fixture.take(start + 59s, wall);
+    BOOST_TEST(fixture.board.update().find("dayPoint") == std::string::npos);
+    fixture.take(start + 60s, wall);
+    BOOST_TEST(fixture.board.update().find(R"("dayPoint":[40,3,8,2])") != std::string::npos,
+               fixture.board.update());
+    BOOST_TEST(fixture.board.snapshot().find(R"({"name":"waiting","history":[null,2]})") !=
+               std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(watchers_learn_a_new_threshold_with_the_next_state)

@@ -169,8 +169,7 @@ BOOST_AUTO_TEST_CASE(it_is_counted_apart_from_starts)
           "webots_prefetches_total{result=\"failed\",reason=\"not_found\"} 1",
           "webots_prefetches_total{result=\"abandoned\",reason=\"\"} 0"})
         BOOST_TEST(fixture.shows(line), line);
-    BOOST_TEST(fixture.get("/monitor").text().find("<td data-label=\"state\">fetching for later</td>") !=
-               std::string::npos);
+    BOOST_TEST(fixture.get("/monitor").text().find("\"state\":\"fetching for later\"") != std::string::npos);
     fixture.leave(running);
     fixture.leave(fetching);
 }

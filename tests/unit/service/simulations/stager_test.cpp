@@ -232,8 +232,8 @@ BOOST_AUTO_TEST_CASE(others_are_told_of_no_simulation_and_of_all_places)
     BOOST_TEST(fixture.service.sessions() == 0u);
     BOOST_TEST(fixture.figure("webots_simulations{state=\"idle\"}") == "0");
     auto const page = fixture.get("/monitor").text();
-    BOOST_TEST(page.find("<td data-label=\"state\">staged</td>") != std::string::npos);
-    BOOST_TEST(page.find("of at most 2<span id=\"staged\">, 1 of them staged</span>") != std::string::npos);
+    BOOST_TEST(page.find("\"state\":\"staged\"") != std::string::npos);
+    BOOST_TEST(page.find("\"capacity\":2,\"staged\":1,") != std::string::npos);
     auto& browser = fixture.start();
     BOOST_TEST(fixture.report().sessions.value() == 1);
     BOOST_TEST(fixture.report().arrivals.value() == 1);
