@@ -236,9 +236,9 @@ function wordsOfToggle(action) {
   }
 }
 
-// For what a student waits, or why the simulation has ended: the latter in the words of the student's page.
+// For what a student waits, how far a start is, or why the simulation has ended: the last two in the words of the student's page.
 function whyText({ state, why = '', ahead }) {
-  if (state === 'ended')
+  if (['starting', 'ended'].includes(state))
     return why;
   if (state !== 'waiting')
     return '';
