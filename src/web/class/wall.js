@@ -257,7 +257,14 @@ function waitText(why) {
 
 const named = (action, { name }) => `${action}: ${name}`;
 
-const byName = (a, b) => a.name.localeCompare(b.name, textLanguage(), { numeric: true, sensitivity: 'base' }) || a.id - b.id;
+// Names are compared often, and the rules of a language take long to find.
+let names = { language: '', compare: null };
+
+function byName(a, b) {
+  if (names.language !== textLanguage())
+    names = { language: textLanguage(), compare: new Intl.Collator(textLanguage(), { numeric: true, sensitivity: 'base' }).compare };
+  return names.compare(a.name, b.name) || a.id - b.id;
+}
 
 // A sign counts for more than the state, but for that of a student who can't go on.
 function needOf({ state, sign }) {
