@@ -113,6 +113,10 @@ for (const [size, viewport] of Object.entries(SIZES)) {
       await page.click('#project');
       await page.waitForFunction(() => document.fullscreenElement !== null);
       await shoot(page, 'projector');
+      for (let id = 13; id <= 30; ++id)
+        await tell({ student: student(id, `${NAMES[id % 12]} ${id}`) });
+      await says(page, '#here-count', '30');
+      await shoot(page, 'projector-full');
       await page.click('#project');
       await page.waitForFunction(() => document.fullscreenElement === null);
       await page.click('#for-all [data-do="world"]');

@@ -255,6 +255,8 @@ test('a tile says why its student waits, and why a simulation has ended', async 
   await why(1, '');
   await tell({ student: student(1, 'Ada', { state: 'waiting', why: 'Too <b>many</b> were asked for.' }) });
   await why(1, 'Too <b>many</b> were asked for.');
+  await tell({ student: student(1, 'Ada', { state: 'starting', why: 'Receiving the project: 40%' }) });
+  await why(1, 'Receiving the project: 40%');
   await tell({ student: student(1, 'Ada', { state: 'ended', why: 'The <b>world</b> is too large.' }) });
   await why(1, 'The <b>world</b> is too large.');
   await clean(page, 'why');

@@ -178,6 +178,15 @@ test('a student raises a hand, or is done, and sees what the teacher sees', asyn
   await page.waitForSelector('[data-sign="hand"][aria-pressed="true"]');
 });
 
+test('how far a start is, is told to the teacher in the words of the page', async (t) => {
+  await cloud.set('launch', ['loading: Receiving objects: 40% (4/10)']);
+  const page = await join(t);
+  await waitForSaid('state', (each) => each.state === 'starting' && each.why === 'Receiving the project: 40% (4/10)');
+  await cloud.call('send', 'simulation', `webots:${await cloud.call('address', 'simulator')}`);
+  await state(page, 'running');
+  assert.equal((await waitForSaid('state', (each) => each.state === 'running')).why, undefined);
+});
+
 test('why a simulation does not start is told to the teacher in the words of the page', async (t) => {
   await cloud.set('launch', ['loading: Error: the world is too large.']);
   const page = await join(t);

@@ -4,6 +4,9 @@ import { copyField, drawQrCode, isOfThisMachine } from './view/qr_code.js';
 import { say } from './view/texts.js';
 import { element, offerFullscreen, ownServer, setText } from './page.js';
 
+const COMMAND = './server.sh restart --lan';
+const CROWD = 20; // names that fit below a QR code in large letters
+
 let drawn = '';
 let copied = ''; // the link that was
 let here = ''; // the names that are shown
@@ -33,6 +36,7 @@ export function foldOnce() {
 // Whoever has joined reads so on the projector.
 export function showLobby(students) {
   element('invitation').classList.toggle('attended', students.length > 0);
+  element('invitation').classList.toggle('crowded', students.length > CROWD);
   setText('here-count', say('class.here', { count: students.length }));
   const names = students.map(({ name }) => name);
   if (names.join('\n') === here)
@@ -78,11 +82,17 @@ export function invite(code, network) {
   setText('short-code', code);
   element('link-local').hidden = !isOfThisMachine(new URL(link).hostname);
   const address = network === undefined ? '' : at(lastOf(network));
-  setText('link-local', address === '' ? say('class.linkLocal') : say('class.linkLocalAt', { address }));
+  sayCommand(element('link-local'), address === '' ? say('class.linkLocal', { command: COMMAND }) : say('class.linkLocalAt', { command: COMMAND, address }));
   setText('code-is', say('class.codeIs', { address: folder.replace(/^https?:\/\//, '') }));
   sayButtons();
   if (drawn !== link)
     showQrCode(drawn = link);
+}
+
+// The command is not broken into lines, and copied as it is.
+function sayCommand(place, text) {
+  const [before, after = ''] = text.split(COMMAND);
+  place.replaceChildren(before, Object.assign(document.createElement('code'), { textContent: COMMAND }), after);
 }
 
 // Where students find the page: here, unless this is open as localhost on a site that answers in its network, too.

@@ -48,6 +48,7 @@ export class Student {
   #interrupted = ''; // its mode before that
   #sign = 'none'; // what the teacher sees: 'hand', 'done' or 'none'
   #refusal = ''; // of the last start: 'none' (no machine is free), or what was said
+  #step = ''; // of the start, as the view says it
   #problem = ''; // with which the last simulation has ended
 
   constructor(code) {
@@ -59,7 +60,11 @@ export class Student {
     this.#view.onstate = () => this.#takeState();
     this.#view.onclose = (end) => this.#takeEnd(end);
     this.#view.onerror = (text) => this.#takeProblem(text);
-    this.#view.onprogress = (told) => this.#takePlace(told);
+    this.#view.onprogress = (told) => {
+      this.#step = oneLine(told.text ?? '');
+      this.#takePlace(told);
+      this.#report();
+    };
     this.#view.onready = () => {
       this.#startedUnseen = document.hidden;
       this.#sayTitle();
@@ -241,7 +246,7 @@ export class Student {
   #start(ticket = null) {
     clearTimeout(this.#retry);
     element('again').hidden = true;
-    this.#problem = '';
+    this.#step = this.#problem = '';
     this.#ticket = ticket;
     this.#ticketOf = this.#class.world;
     this.#keep();
@@ -361,7 +366,7 @@ export class Student {
   // What the teacher's tile says beside the state: for a student who waits a word, otherwise what this page says.
   get #why() {
     if (!this.#isWaiting)
-      return this.#problem;
+      return this.#view.state === 'starting' ? this.#step : this.#problem;
     if (this.#place !== null)
       return this.#place.ahead === undefined ? '' : this.#place.why || 'full';
     return ['free', 'unknown'].includes(this.#site) ? this.#refusal : this.#site;

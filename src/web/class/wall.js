@@ -236,9 +236,9 @@ function wordsOfToggle(action) {
   }
 }
 
-// For what a student waits, or why the simulation has ended: the latter in the words of the student's page.
+// For what a student waits, how far a start is, or why the simulation has ended: the last two in the words of the student's page.
 function whyText({ state, why = '', ahead }) {
-  if (state === 'ended')
+  if (['starting', 'ended'].includes(state))
     return why;
   if (state !== 'waiting')
     return '';
@@ -257,7 +257,14 @@ function waitText(why) {
 
 const named = (action, { name }) => `${action}: ${name}`;
 
-const byName = (a, b) => a.name.localeCompare(b.name, textLanguage(), { numeric: true, sensitivity: 'base' }) || a.id - b.id;
+// Names are compared often, and the rules of a language take long to find.
+let names = { language: '', compare: null };
+
+function byName(a, b) {
+  if (names.language !== textLanguage())
+    names = { language: textLanguage(), compare: new Intl.Collator(textLanguage(), { numeric: true, sensitivity: 'base' }).compare };
+  return names.compare(a.name, b.name) || a.id - b.id;
+}
 
 // A sign counts for more than the state, but for that of a student who can't go on.
 function needOf({ state, sign }) {
