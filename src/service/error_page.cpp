@@ -18,13 +18,14 @@ std::string begin_of_page()
     std::string styles;
     for (auto const* style : {"view/tokens.css", "viewer/base.css", "viewer/page.css", "viewer/error.css"})
         styles += web::find_asset(style).value_or(web::Asset()).content;
-    return concat("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-                  "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-                  "<meta name=\"color-scheme\" content=\"light dark\">\n"
-                  "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-                  "'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'\">\n"
-                  "<link rel=\"icon\" href=\"data:,\">\n<style>\n",
-                  styles, "</style>\n<title>");
+    return concat(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+        "<meta name=\"color-scheme\" content=\"light dark\">\n"
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"script-src 'none'; object-src 'none'; "
+        "base-uri 'none'; form-action 'none'\">\n"
+        "<link rel=\"icon\" href=\"data:,\">\n<style>\n",
+        styles, "</style>\n<title>");
 }
 
 bool is_opened_as_page(IncomingRequest const& request)

@@ -190,12 +190,12 @@ class Honest(Site):
     def connection(self, browser):
         return browser.execute_script("return document.getElementById('connection')?.innerText ?? ''")
 
-    def wait_until_live(self, browser, state="live"):
+    def wait_until_live(self, browser, state="Live"):
         wait_until(lambda: self.connection(browser) == state, lambda: f"it is not live: {self.connection(browser)}: {browser.page_source[:1000]}")
         self.assertEqual(browser.execute_script("return self.origin"), "null")
 
     def points(self, browser):
-        return browser.execute_script("return monitor.charts[0]?.numRows() ?? 0")
+        return browser.execute_script("return document.querySelector('#history .line')?.getAttribute('d').split(/[ML]/).length ?? 0")
 
     def test_the_monitor_is_live_and_comes_back_with_the_machine(self):
         self.start_machine()
@@ -216,7 +216,7 @@ class Honest(Site):
         with open_browser(1000, 700, whole=True) as browser:
             run_first(browser, "window.WebSocket = class { constructor() { setTimeout(() => this.onclose(), 0); } close() {} };")
             browser.get(f"{self.url}{self.path}/monitor")
-            self.wait_until_live(browser, "every 5 seconds")
+            self.wait_until_live(browser, "Every 5 seconds")
 
     def test_the_password_of_a_trusted_machine_is_passed_on(self):
         self.start_machine(monitorPassword=PASSWORD)

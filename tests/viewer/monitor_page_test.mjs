@@ -108,6 +108,14 @@ test('a day is there at a press, with seats and who waited', async (t) => {
   assert.match(await text(page, '.chart:first-child figcaption .reading'), /^\d\d:\d\d$/);
 });
 
+test('the load from which nobody is sent is a line with its meaning, and does not stretch the scale', async (t) => {
+  const page = await open(t, session, SESSION.one);
+  assert.equal(await text(page, '.limit-note'), 'Nobody is sent to a machine above 95%');
+  const far = await open(t, session, { ...SESSION.one, threshold: 1000 });
+  assert.equal(await far.isVisible('.limit-note'), false);
+  assert.equal((await far.$$eval('#history svg text', (all) => all.map((each) => each.textContent))).includes('100%'), true);
+});
+
 test('links lead to the worlds, the class and the page of each machine', async (t) => {
   const { about } = SESSION.five;
   const hrefs = (page) => page.$$eval('#servers a', (links) => links.map((link) => link.getAttribute('href')));

@@ -15,7 +15,7 @@ const DAY = { last: 12, spacing: 180, series: [
   { name: 'waiting', history: wave(480, 0.4, 1.5, 30).map(Math.floor) }] };
 
 const session = (servers, more) => ({ now: NOW, threshold: 95, last: 1, spacing: 5,
-  about: { started: NOW - 90 * MINUTE, version: '3.2.0', tls: false, gateway: false, decisions: false }, state: 'free', stateText: 'A machine is free.', day: DAY, ...more, servers });
+  about: { started: NOW - 90 * MINUTE, version: '1.0.0', tls: false, gateway: false, decisions: false }, state: 'free', stateText: 'A machine is free.', day: DAY, ...more, servers });
 
 export const SESSION = {
   none: session([], { state: 'down', stateText: 'No machine is running.', day: { last: 2, spacing: 60, series: DAY.series.map(({ name }) => ({ name, history: [null] })) } }),
@@ -46,7 +46,7 @@ const history = (figures, count) => levels(figures).map(([name, level]) => ({ na
 
 function simulation(figures, simulations, { about = {}, ...more } = {}) {
   return { now: NOW, load: figures[2], count: simulations.length, capacity: 4, simulations,
-    about: { version: '3.2.0', title: '', description: '', notices: [], sandbox: 'bubblewrap; no network', display: 'private (Xvfb)',
+    about: { version: '1.0.0', title: '', description: '', notices: [], sandbox: 'bubblewrap; no network', display: 'private (Xvfb)',
       host: { system: 'Debian GNU/Linux 12', name: 'lab7', processor: 'Intel Xeon E5-2680', threads: 16, cores: 8, memory: 32 * 2 ** 30 },
       allowed: ['https://github.com/cyberbotics', 'local:/demo_projects'], blocked: [], registries: ['https://webots.cloud'], shareIdleTime: 50, ...about },
     day: { last: 20, spacing: 180, series: history(figures, 480) }, spacing: 1, series: history(figures, 600), ...more };

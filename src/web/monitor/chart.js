@@ -31,18 +31,19 @@ const charts = (() => {
     const svg = draw('svg', { role: 'img' });
     const time = make('span', { class: 'reading' });
     const legend = make('ul', { class: 'legend' });
+    const note = make('p', { class: 'hint limit-note', hidden: '' });
     const heading = make('h3', {}, title);
-    const element = make('figure', { class: 'chart panel' }, make('figcaption', {}, heading, time), svg, legend);
+    const element = make('figure', { class: 'chart panel' }, make('figcaption', {}, heading, time), svg, legend, note);
     let shown = { times: [], series: [], span: 600, limit: undefined };
     let pointed = null; // index of a time
     let mark = null;
 
     function scale() {
       const width = Math.max(240, svg.clientWidth || element.clientWidth || 600);
-      const { times, series, span, limit } = shown;
+      const { times, series, span } = shown;
       const end = times.at(-1) ?? Date.now() / 1000;
       const length = Math.min(span, Math.max(span / 10, end - (times[0] ?? end)));
-      const highest = series.reduce((top, { values }) => values.reduce((most, value) => Math.max(most, value ?? 0), top), limit ?? 0);
+      const highest = series.reduce((top, { values }) => values.reduce((most, value) => Math.max(most, value ?? 0), top), 0);
       const step = Math.max(roundStep(Math.max(least, highest)), isWhole ? 1 : 0);
       const top = Math.ceil(Math.max(least, highest) / step - 0.001) * step;
       const x = (at) => EDGE.left + (at - end + length) / length * (width - EDGE.left - EDGE.right);
@@ -87,7 +88,7 @@ const charts = (() => {
       const place = scale();
       svg.setAttribute('viewBox', `0 0 ${place.width} ${HEIGHT}`);
       mark = draw('line', { class: 'mark', y1: EDGE.top, y2: HEIGHT - EDGE.bottom, hidden: '' });
-      const limit = known(shown.limit)
+      const limit = known(shown.limit) && shown.limit <= place.top // one that is never reached is no reason for another scale
         ? [draw('line', { class: 'limit', x1: EDGE.left, x2: place.width - EDGE.right, y1: place.y(shown.limit), y2: place.y(shown.limit) })] : [];
       svg.replaceChildren(...axes(place), ...limit, ...shown.series.flatMap((each) => line(each, place)), mark);
       showValues();
@@ -128,15 +129,17 @@ const charts = (() => {
       element,
       // What is drawn, for tests: the values of a line, oldest first.
       values: (place) => shown.series[place]?.values ?? [],
-      // `series`: [{name, values, isFilled}], `span` in seconds.
-      show(times, series, span, limit) {
+      // `series`: [{name, values, isFilled}], `span` in seconds. `limit`: a dashed line there, which `limitText` explains.
+      show(times, series, span, limit, limitText) {
         const lettered = series.map((each, index) => ({ ...each, letter: LETTERS[index % LETTERS.length] }));
         const isSame = shown.series.length === series.length && series.every(({ name }, index) => name === shown.series[index].name);
         shown = { times, series: lettered, span, limit };
         if (!isSame)
           legend.replaceChildren(...lettered.map(({ name, letter }) =>
             make('li', {}, make('span', { class: `key ${letter}` }), `${name} `, make('b', {}))));
+        write(note, known(limit) ? limitText : '');
         render();
+        note.hidden = !svg.querySelector('.limit');
       },
     };
   }

@@ -259,14 +259,15 @@
   // --- the past ------------------------------------------------------------------------------------------------------------
   const loads = charts.chart({ title: say('monitor.load'), format: texts.percent, least: 100 });
   const seatsTaken = charts.chart({ title: say('monitor.seats'), format: texts.count, least: 4, isWhole: true });
+  const limitText = () => say('monitor.limit', { threshold: texts.percent(threshold) });
   const past = monitor.history((span, name) => {
     if (name === 'minutes') {
-      loads.show(minutes.times, linesOfMinutes(), span, threshold);
+      loads.show(minutes.times, linesOfMinutes(), span, threshold, limitText());
       return [loads];
     }
     const waits = day.of('waiting').some((value) => value > 0) ? [{ name: say('monitor.waiting'), values: day.of('waiting') }] : [];
     seatsTaken.show(day.times, [{ name: say('monitor.seatsTaken'), values: day.of('taken'), isFilled: true }, { name: say('monitor.seats'), values: day.of('seats') }, ...waits], span);
-    loads.show(day.times, [{ name: say('monitor.averageLoad'), values: day.of('load'), isFilled: true }], span, threshold);
+    loads.show(day.times, [{ name: say('monitor.averageLoad'), values: day.of('load'), isFilled: true }], span, threshold, limitText());
     return [seatsTaken, loads];
   });
 
