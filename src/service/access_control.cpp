@@ -97,6 +97,13 @@ HttpResponse too_many_guesses()
     return response;
 }
 
+HttpResponse origin_refused()
+{
+    return HttpResponse(403, std::string(core::html_type),
+                        "Pages of this site may not use this server. Its operator can add the site to "
+                        "\"allowedOrigins\".");
+}
+
 HttpResponse foreign_page_refused()
 {
     HttpResponse response(403, std::string(core::html_type),
@@ -306,9 +313,7 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
     if (request.upgrade && !core::is_path_of_key(request.path) &&
         !site.accepts_origin(request.header("Origin"), host)) {
         log_origin(request, "a WebSocket");
-        return HttpResponse(403, std::string(core::html_type),
-                            "Pages of this site may not use this server. Its operator can add the site to "
-                            "\"allowedOrigins\".");
+        return origin_refused();
     }
     if (request.path == session_path) { // the busiest one
         if (!params.starts_here || !site.checks_origins() || !is_of_refused_page(request))
@@ -368,6 +373,10 @@ boost::asio::awaitable<HttpResponse> AccessControl::respond_to_body(IncomingRequ
     if (!request.is_operator) {
         if (auto refusal = impl_->refuse(request))
             co_return std::move(*refusal);
+        if (impl_->is_of_refused_page(request)) {
+            impl_->log_origin(request, "a request");
+            co_return origin_refused();
+        }
     }
     co_return co_await impl_->endpoint.respond_to_body(request);
 }

@@ -183,8 +183,8 @@ BOOST_AUTO_TEST_CASE(bodies_reach_an_endpoint_that_takes_them_unless_they_may_no
 {
     Fixture fixture(server("localhost"));
     testing::World world;
-    auto const answer = [&](std::string_view host) {
-        Headers const headers{{"Host", host}};
+    auto const answer = [&](std::string_view host, std::string_view origin = "http://localhost:2000") {
+        Headers const headers{{"Host", host}, {"Origin", origin}};
         IncomingRequest request;
         request.method = "POST";
         request.path = "/form";
@@ -194,6 +194,8 @@ BOOST_AUTO_TEST_CASE(bodies_reach_an_endpoint_that_takes_them_unless_they_may_no
     };
     BOOST_TEST(answer("localhost:2000").body == "taken");
     BOOST_TEST(answer("evil.example").status == 421);
+    BOOST_TEST(answer("localhost:2000", "").body == "taken");
+    BOOST_TEST(answer("localhost:2000", "https://evil.example").status == 403);
 }
 
 // Webots' own page, opened from disk, shows this sentence; without it, it would try to connect for ever.
