@@ -30,7 +30,7 @@ from support.docker import IMAGES, DockerDaemon, compose_command, docker_server 
 from support.git_server import GitServer  # noqa: E402
 from support.mailbox import Certificate  # noqa: E402
 from support.ports import free_port  # noqa: E402
-from support.real_project_rows import (ROBOTS, ROWS, Check, Configuration, Container, Elsewhere, Link, Proxy, Tree, Typed)  # noqa: E402
+from support.real_project_rows import (ROBOTS, ROWS, Check, Configuration, Container, Elsewhere, Link, Pasted, Proxy, Tree, Typed)  # noqa: E402
 from support.servers import PATIENCE, SessionServer, SimulationServer, program, wait_until  # noqa: E402
 
 TESTS = os.path.dirname(os.path.abspath(__file__))
@@ -162,6 +162,32 @@ def try_typed(stage, row):
     return compare(row, said)
 
 
+def try_pasted(stage, row):
+    driver, session = stage.the(viewer)
+    address, _ = stage.repository({**ROBOTS, "README.md": "Robots\n"})
+    driver.get(f"{session.url}/viewer/")
+    body = driver.find_element("tag name", "body")
+    wait_until(lambda: body.get_attribute("data-availability") == "available", session.log)
+    driver.execute_script("document.getElementById('connect-to').value = arguments[0]", row.text.replace("{}", address))
+    driver.find_element("id", "start").click()
+    wait_until(lambda: "/worlds/?of=" in driver.current_url, lambda: driver.find_element("id", "status").text)
+    body = driver.find_element("tag name", "body")
+    wait_until(lambda: body.get_attribute("data-worlds") is not None, session.log)
+    titles = [each.text for each in driver.find_elements("css selector", ".world .name")]
+    said = driver.find_element("id", "trouble").text
+    if sorted(titles) != sorted(row.titles):
+        raise Fault(f"the worlds are {titles}: {said}")
+    if titles:
+        driver.find_element("css selector", ".world").click()
+        wait_until(lambda: "/viewer/?url=" in driver.current_url, session.log)
+        wait_until(lambda: driver.find_element("tag name", "body").get_attribute("data-state") in ("running", "failed"), session.log)
+        if driver.find_element("tag name", "body").get_attribute("data-state") == "failed":
+            raise Fault(driver.find_element("id", "status").text)
+        driver.get("about:blank")
+        stage.the(machine).wait_until_clean()
+    return compare(row, said)
+
+
 def try_tree(stage, row):
     address, path = stage.repository({"worlds/a.wbt": ""})
     git = stage.the(git_server)
@@ -284,7 +310,7 @@ def try_elsewhere(_, row):
     return f"tested by tests/{row.file}"
 
 
-TRIES = {Link: try_link, Typed: try_typed, Tree: try_tree, Container: try_container, Proxy: try_proxy, Check: try_check,
+TRIES = {Link: try_link, Typed: try_typed, Pasted: try_pasted, Tree: try_tree, Container: try_container, Proxy: try_proxy, Check: try_check,
          Configuration: try_configuration, Elsewhere: try_elsewhere}
 
 

@@ -78,6 +78,18 @@ public:
     /// Errors: as `parse_world_url`.
     result<ProjectRef> parse(std::string_view url) const;
 
+    /// Parses the URL of a folder.
+    ///
+    /// Errors: as `parse_folder_url`.
+    result<ProjectRef> parse_folder(std::string_view url) const;
+
+    /// The worlds in a folder, as far as one of the sources can list them, within these limits.
+    ///
+    /// Cancellation: terminal.
+    /// Errors: as `ProjectSource::list_worlds`.
+    boost::asio::awaitable<result<std::vector<ListedWorld>>> list_worlds(ProjectRef folder,
+                                                                         FetchLimits limits);
+
     /// Projects that are in caches, as `ProjectSource::cached` says, of all sources.
     std::vector<std::uint32_t> cached() const;
 

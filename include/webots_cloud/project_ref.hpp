@@ -58,7 +58,7 @@ struct ProjectRef
     /// `<ref>[/<folder>]`, percent-decoded. Where the ref ends only the repository knows: refs may contain
     /// slashes.
     std::string ref_and_folder;
-    std::string world; ///< `<file>.wbt`, in the project's folder `worlds`.
+    std::string world; ///< `<file>.wbt`, in the project's folder `worlds`; empty: a folder is meant.
 
     /// `<forge>/<owner>/<repository>.git`
     std::string clone_url() const;
@@ -85,5 +85,11 @@ result<ForgeAddress> forge_of(std::string_view url, std::vector<ForgeAddress> co
 /// Errors: `invalid_url`, its detail being a text for the browser, where Python servers have one the same, or
 /// that and what to do (protocol section 4.1.2, steps 2 and 5).
 result<ProjectRef> parse_world_url(std::string_view url, std::vector<ForgeAddress> const& forges);
+
+/// The same for the URL of a repository or of a folder in one, and of a file there that is no world, which
+/// means its folder. The ref of a repository is `HEAD`.
+///
+/// Errors: as there.
+result<ProjectRef> parse_folder_url(std::string_view url, std::vector<ForgeAddress> const& forges);
 
 } // namespace webots_cloud

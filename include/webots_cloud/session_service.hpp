@@ -98,6 +98,8 @@ public:
     boost::asio::awaitable<result<>> run();
 
     Answer respond(IncomingRequest const& request) override;
+    std::uint64_t max_body(IncomingRequest const& request) override;
+    boost::asio::awaitable<HttpResponse> respond_to_body(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;
     result<ControllerWay> way_of_controller(std::uint16_t machine, std::string_view key,

@@ -1,9 +1,10 @@
 // Checks in the order in which they can refuse: the name of the host, the page that a WebSocket comes from,
 // and for the monitor the client's address and password, with a limit on guesses. What passes goes to the
 // service behind.
-// Decisions: core/access/site_access, core/access/password_guesses.
+// Decisions: core/access/site_access, core/access/asked_name, core/access/password_guesses.
 #include <webots_cloud/access_control.hpp>
 
+#include "core/access/asked_name.hpp"
 #include "core/access/ip_address.hpp"
 #include "core/access/password_guesses.hpp"
 #include "core/access/site_access.hpp"
@@ -97,6 +98,13 @@ HttpResponse too_many_guesses()
     return response;
 }
 
+HttpResponse origin_refused()
+{
+    return HttpResponse(403, std::string(core::html_type),
+                        "Pages of this site may not use this server. Its operator can add the site to "
+                        "\"allowedOrigins\".");
+}
+
 HttpResponse foreign_page_refused()
 {
     HttpResponse response(403, std::string(core::html_type),
@@ -182,6 +190,7 @@ struct AccessControl::Impl final : FleetObserver
     bool is_of_foreign_page(IncomingRequest const& request) const;
     bool is_of_refused_page(IncomingRequest const& request) const;
     void log_origin(IncomingRequest const& request, std::string_view what);
+    void note_lost_port(IncomingRequest const& request);
     Answer answer(IncomingRequest const& request);
     std::optional<HttpResponse> refuse(IncomingRequest const& request);
     std::optional<HttpResponse> refuse_monitor(IncomingRequest const& request);
@@ -291,6 +300,22 @@ void AccessControl::Impl::log_origin(IncomingRequest const& request, std::string
                        ": to let it in, add \"", origin, "\" to \"allowedOrigins\""));
 }
 
+/// Of a proxy whose browsers are told an address that they can't reach.
+void AccessControl::Impl::note_lost_port(IncomingRequest const& request)
+{
+    auto const origin = request.header("Origin");
+    auto const host = request.header("Host");
+    auto const port = core::port_left_out(origin, host);
+    if (port.empty() || !request.header("X-Forwarded-Port").empty())
+        return;
+    log.warning(
+        LogCause("port of the proxy"),
+        concat("A page of ", core::printable(origin, max_shown), " has asked for ",
+               core::printable(host, max_shown),
+               " without its port: if the page is ours, its browser is sent to another port. Have the "
+               "proxy in front send \"Host\" as it came (in nginx $http_host), or X-Forwarded-Port"));
+}
+
 std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& request)
 {
     auto const host = request.header("Host");
@@ -306,10 +331,10 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
     if (request.upgrade && !core::is_path_of_key(request.path) &&
         !site.accepts_origin(request.header("Origin"), host)) {
         log_origin(request, "a WebSocket");
-        return HttpResponse(403, std::string(core::html_type),
-                            "Pages of this site may not use this server. Its operator can add the site to "
-                            "\"allowedOrigins\".");
+        return origin_refused();
     }
+    if (request.upgrade && request.is_from_proxy)
+        note_lost_port(request);
     if (request.path == session_path) { // the busiest one
         if (!params.starts_here || !site.checks_origins() || !is_of_refused_page(request))
             return std::nullopt;
@@ -368,6 +393,10 @@ boost::asio::awaitable<HttpResponse> AccessControl::respond_to_body(IncomingRequ
     if (!request.is_operator) {
         if (auto refusal = impl_->refuse(request))
             co_return std::move(*refusal);
+        if (impl_->is_of_refused_page(request)) {
+            impl_->log_origin(request, "a request");
+            co_return origin_refused();
+        }
     }
     co_return co_await impl_->endpoint.respond_to_body(request);
 }

@@ -40,6 +40,17 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
     co_return fetched;
 }
 
+boost::asio::awaitable<result<std::vector<ListedWorld>>> MemoryProjectSource::list_worlds(FetchOrder order)
+{
+    lists.push_back(std::move(order));
+    if (auto failure = fuse.strike())
+        co_return std::move(*failure);
+    auto const waited = co_await clock_.wait_until(clock_.now() + delay);
+    if (!waited)
+        co_return waited.error();
+    co_return listed;
+}
+
 boost::asio::awaitable<result<>> MemoryProjectSource::restore(RestoreOrder order)
 {
     if (auto failure = fuse.strike())

@@ -118,6 +118,52 @@ test('the address of any world starts it, too', async (t) => {
   await quit(page);
 });
 
+const FOLDER = 'local:/demo_projects/robots';
+const IN_FOLDER = [ARENA, 'Corridor', DUEL];
+
+test('the address of a folder shows its worlds, of which one press starts one, and can be shared', async (t) => {
+  const page = await openGallery(t);
+  await page.fill('#address', ` ${FOLDER}/ `);
+  await page.keyboard.press('Enter');
+  await page.waitForSelector(`body[data-worlds="${IN_FOLDER.length}"]`);
+  assert.deepEqual((await titles(page)).toSorted(), IN_FOLDER.toSorted());
+  assert.match(await page.textContent('#folder-text'), /^Worlds of local:/);
+  const other = await openPage(t, browser);
+  await other.goto(page.url());
+  await other.locator('.world', { hasText: ARENA }).click();
+  await isRunning(other);
+  await quit(other);
+  await page.click('#folder a');
+  await page.waitForSelector(`body[data-worlds="${TITLES.length}"]`);
+});
+
+test('so does the field of the viewer, and an address without worlds is told', async (t) => {
+  const page = await openPage(t, browser);
+  await page.goto(`${server}/viewer/?url=${FOLDER}`);
+  await page.waitForSelector('body[data-availability="available"]');
+  await page.click('#start');
+  await page.waitForSelector(`body[data-worlds="${IN_FOLDER.length}"]`);
+  for (const [address, words] of [['local:/demo_projects/nothing', /no worlds in local:/], ['https://forge.example/o/r', /must start with/]]) {
+    await page.fill('#address', address);
+    await page.keyboard.press('Enter');
+    await page.locator('#trouble', { hasText: words }).waitFor();
+    assert.deepEqual(await titles(page), []);
+  }
+});
+
+test('in the form of a class its worlds take the place of the others', async (t) => {
+  const page = await openPage(t, browser);
+  await page.goto(`${server}/class/#teach`);
+  await page.waitForSelector('#pick button');
+  await page.fill('#password', 'a password');
+  await page.fill('#world', FOLDER);
+  await page.click('#open-class');
+  await page.waitForFunction((count) => document.querySelectorAll('#pick button').length === count, IN_FOLDER.length);
+  assert.equal(await page.textContent('#open-problem'), 'Please choose one of these worlds.');
+  await page.locator('#pick button', { hasText: DUEL }).click();
+  assert.match(await page.inputValue('#world'), /^local:\/demo_projects\/robots\/.*\.wbt$/);
+});
+
 test('an operator lists worlds, folders and groups, in words of the own', async (t) => {
   await list(t, [
     'local:/demo_projects/patrol',
@@ -166,6 +212,10 @@ for (const colorScheme of ['light', 'dark']) {
       const page = await openGallery(t, { worlds: 4, ...size, colorScheme });
       assert.deepEqual(await accessibilityFindings(page), []);
       assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true, 'it is too wide');
+      await page.goto(`${server}/viewer/worlds/?of=${FOLDER}/${'a_folder_with_a_long_name'.repeat(5)}`);
+      await page.locator('#trouble').waitFor();
+      assert.deepEqual(await accessibilityFindings(page), []);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true, 'it is too wide with an address');
     });
   }
 }

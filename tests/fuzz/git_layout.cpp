@@ -4,6 +4,7 @@
 
 #include "adapters/git_packs/git_index.hpp"
 #include "core/git/git_layout.hpp"
+#include "core/git/git_worlds.hpp"
 #include "core/safe_names.hpp"
 
 #include <algorithm>
@@ -76,7 +77,16 @@ void layout(std::string_view recipe)
         auto const found = trees.find(wanted);
         return found == trees.end() ? nullptr : &found->second;
     };
+    core::GitWorldLimits of_worlds;
+    of_worlds.entries = limits.items;
+    of_worlds.depth = limits.depth;
     for (std::string_view const folder : {std::string_view(), path}) {
+        asked = 0;
+        if (auto const worlds = core::find_git_worlds(id(0), folder, of_worlds, lookup)) {
+            fuzz::require(asked <= limits.items + 2 + folder.size());
+            for (auto const& world : *worlds)
+                fuzz::require(fuzz::stays_inside(world.path) && world.path.ends_with(".wbt"));
+        }
         auto way = core::find_git_folder(id(0), folder, limits, lookup);
         if (!way)
             continue;

@@ -31,6 +31,8 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
                   picture.picture.size() <= text.size());
     for (auto const& key : core::parse_picture_keys(text))
         fuzz::require(key.size() == 16 && key.find_first_not_of("0123456789abcdef") == std::string::npos);
+    if (auto const error = core::parse_world_list_error(text))
+        fuzz::require(core::is_printable(*error));
     auto const worlds = core::parse_world_list(text);
     if (!worlds)
         return 0;

@@ -24,12 +24,24 @@ void check_gateway_path(std::string_view path)
     fuzz::require(core::is_gateway_path(path) && shown == "/simulation/");
 }
 
+void check_folder(std::string_view url)
+{
+    auto const folder = parse_folder_url(url, {"https://github.com", "local:"});
+    fuzz::require(folder || !folder.error().message().empty());
+    if (!folder)
+        return;
+    fuzz::require(folder->world.empty() && folder->repository.find('/') == std::string::npos);
+    for (auto const& part : {folder->owner, folder->repository, folder->ref_and_folder})
+        fuzz::require(fuzz::stays_inside(part) && core::is_utf8(part));
+}
+
 } // namespace
 
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     auto const url = fuzz::text_of(data, size);
     check_gateway_path(url);
+    check_folder(url);
     auto const project = parse_world_url(url, {"https://github.com", "local:"});
     if (!project) {
         fuzz::require(!project.error().message().empty());

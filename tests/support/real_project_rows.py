@@ -37,6 +37,14 @@ class Typed(Row):
 
 
 @dataclasses.dataclass(kw_only=True)
+class Pasted(Row):
+    """What people paste into the viewer's field that is no world, in a real browser; `{}` is a repository with the demo project. It shows
+    worlds with these titles, of which a press starts the first."""
+    text: str
+    titles: tuple = ()
+
+
+@dataclasses.dataclass(kw_only=True)
 class Tree(Row):
     """Entries of a repository beside `worlds`: (mode, name, content), also such as git itself would not make. `kept`: those that a simulation
     finds; the console of the view names the others."""
@@ -176,6 +184,21 @@ TYPED = [
     Typed(name="a link between blanks and line ends", source="ganeshsjsu/webots-testing-lab README.md", text="  \n https://webots.cloud/run?url={} \n"),
     Typed(name="a short link of webots.cloud, whose world nobody else knows", source="cyberbotics/webots docs/guide/webots-cloud.md",
           text="https://webots.cloud/ScExample", says="is not a world: please copy a link that ends with .wbt"),
+]
+
+ALL = ("Robots in an arena", "Corridor", "Two robots")
+PASTED = [
+    Pasted(name="the page of a repository", source="cyberbotics/webots-cloud README.md", text="{}", titles=ALL),
+    Pasted(name="git's own address of a repository", source="roboyoshi/datacurator-filetree#50", text="{}.git", titles=ALL),
+    Pasted(name="the page of a folder worlds, of GitHub", source="cyberbotics/webots docs/guide/webots-cloud.md", text="{}/tree/main/worlds", titles=ALL),
+    Pasted(name="the page of a folder, of GitLab", source="the issue", text="{}/-/tree/main/?ref_type=heads", titles=ALL),
+    Pasted(name="the page of a branch, of Forgejo", source="the issue", text="{}/src/branch/main", titles=ALL),
+    Pasted(name="the page of a folder, of Bitbucket", source="the issue", text="{}/src/main/worlds/", titles=ALL),
+    Pasted(name="a link in Markdown", source="cyberbotics/competition-template README.md", text="see [the robots]({}/tree/main)", titles=ALL),
+    Pasted(name="a README beside the folder of worlds", source="cyberbotics/wrestling README.md", text="{}/blob/main/README.md", titles=ALL),
+    Pasted(name="a folder without worlds", source="WeeFav/Webots Windows_Scripts/map4.wbt", text="{}/tree/main/controllers", says="There are no worlds in .*/controllers"),
+    Pasted(name="a repository that is not there", source="IonicaBizau/git-url-parse#137", text="{}-of-nobody", says="does not exist, or is private"),
+    Pasted(name="a repository of another forge", source="cyberbotics/webots#3977", text="https://forge.example.org/ada/robots", says="The address must start with"),
 ]
 
 LATIN = b"Stra\xdfe.png"
@@ -329,6 +352,10 @@ ELSEWHERE = [
               words="test_links_of_all_forges_lead_to_the_same_project"),
     Elsewhere(name="raw.githubusercontent.com and media.githubusercontent.com", source="cyberbotics/webots#6206",
               file="unit/core/projects/project_ref_test.cpp", words="links_of_every_forge_are_understood"),
+    Elsewhere(name="a zip with a repository in it", source="jelmer/dulwich#1226", file="integration/website_test.py",
+              words="test_names_that_could_do_harm_are_left_out_and_the_author_is_told"),
+    Elsewhere(name="a list of worlds without the rest of the repository", source="the issue", file="integration/world_lists_test.py",
+              words="test_a_repository_has_a_list_with_titles_and_each_world_of_it_can_be_started"),
     Elsewhere(name="badges of READMEs", source="cyberbotics/competition-template README.md", file="viewer/viewer_test.py",
               words="test_links_of_other_sites_and_badges_lead_to_the_world_that_they_name"),
     Elsewhere(name="folders of official competitions", source="cyberbotics/wrestling webots.yml", file="integration/docker_test.py",
@@ -350,5 +377,5 @@ ELSEWHERE = [
               words="test_a_session_server_of_this_machine_says_how_pages_from_disk_get_in"),
 ]
 
-ROWS = LINKS + TYPED + TREES + DOCKER + PROXIES + CHECKS + CONFIGURATIONS + ELSEWHERE
+ROWS = LINKS + TYPED + PASTED + TREES + DOCKER + PROXIES + CHECKS + CONFIGURATIONS + ELSEWHERE
 assert len({(type(row), row.name) for row in ROWS}) == len(ROWS), "two rows have the same name"

@@ -144,10 +144,9 @@ class Server(Startable):
         except (urllib.error.URLError, ConnectionError):
             return None
 
-    def ask(self, path, method="GET", headers=None):
-        """Status and body of an answer, whatever the status."""
-        body = b"" if method == "POST" else None
-        request = urllib.request.Request(self.url + path, data=body, headers=headers or {}, method=method)
+    def ask(self, path, method="GET", headers=None, body=b""):
+        """Status and body of an answer, whatever the status. `body` is that of a POST."""
+        request = urllib.request.Request(self.url + path, data=body if method == "POST" else None, headers=headers or {}, method=method)
         try:
             answer = urllib.request.urlopen(request, timeout=PATIENCE, context=ssl._create_unverified_context())
         except urllib.error.HTTPError as refusal:

@@ -213,6 +213,8 @@ globalThis.addEventListener = (type, action) => listeners.set(type, action);
 globalThis.removeEventListener = (type) => listeners.delete(type);
 
 const { loadTexts, say } = await import(new URL('texts.js', VIEW));
+const { folderIn } = await import(new URL('address.js', VIEW));
+const { worldsOf } = await import(new URL('world_lists.js', VIEW));
 const { Session } = await import(new URL('session.js', VIEW));
 const { SlowVoice } = await import(new URL('waiting.js', VIEW));
 await loadTexts(['en']);
@@ -757,6 +759,41 @@ test('what has no code that the page knows is shown as it is', () => {
   assert.equal(explained('my_world is empty.'), 'my_world is empty.');
   for (const text of ['', '{', 'null', '{"code":7}', '[]'])
     assert.equal(parseReason(text), null, text);
+});
+
+test('the address of a repository, or of a folder in one, is told from those of worlds and of other pages', () => {
+  const folder = 'https://github.com/o/r/tree/main/worlds';
+  for (const text of [folder, ` ${folder} `, 'github.com/o/r', 'https://gitlab.com/group/sub/r/-/tree/main?ref_type=heads', 'https://github.com/o/r.git',
+    'local:/school/week_1', `[the robots](${folder})`, `<a href="${folder}">robots</a>`])
+    assert.notEqual(folderIn(text), '', text);
+  assert.equal(folderIn(`see [the robots](${folder}) here`), folder);
+  assert.equal(folderIn('github.com/o/r'), 'https://github.com/o/r');
+  for (const text of ['', 'robots', 'https://github.com/o', `${folder}/a.wbt`, 'ws://host:1999/o/r', 'https://host/x/session', 'ftp://host/o/r',
+    'https://webots.cloud/run?url=https://github.com/o/r', 'https://webots.cloud/ScExample', 'wss://host/2000', 'mailto:a/b/c'])
+    assert.equal(folderIn(text), '', text);
+});
+
+test('of a list of worlds people are told why it is empty, or not there', async (t) => {
+  const fetched = globalThis.fetch;
+  t.after(() => { globalThis.fetch = fetched; });
+  const asked = [];
+  const answered = (reply) => {
+    globalThis.fetch = async (...request) => {
+      asked.push(request);
+      return { json: async () => reply };
+    };
+    return worldsOf('https://host/1999/', 'https://github.com/o/r');
+  };
+  const worlds = [{ url: 'https://github.com/o/r/blob/main/worlds/a.wbt', title: 'A' }];
+  assert.deepEqual(await answered({ worlds }), { worlds, trouble: '' });
+  assert.deepEqual(asked, [['https://host/1999/viewer/worlds/list', { method: 'POST', body: 'https://github.com/o/r' }]]);
+  assert.deepEqual(await answered({ worlds: [] }), { worlds: [], trouble: say('gallery.noneIn', { address: 'https://github.com/o/r' }) });
+  const trouble = async (reply) => (await answered(reply)).trouble;
+  assert.equal(await trouble({ error: 'Words.', code: 'no-repository', values: { name: 'o/r' } }), say('refusal.noRepository', { name: 'o/r' }));
+  assert.equal(await trouble({ error: 'Words of a later version.', code: 'later' }), 'Words of a later version.');
+  assert.equal(await trouble({ error: 'Words without a code.' }), 'Words without a code.');
+  globalThis.fetch = async () => { throw new TypeError('Failed to fetch'); };
+  assert.deepEqual(await worldsOf('https://host/', 'x'), { worlds: [], trouble: say('gallery.unanswered') });
 });
 
 test('a reason is of the sentence that follows it, and of no other', async () => {

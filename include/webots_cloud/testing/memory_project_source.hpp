@@ -28,6 +28,7 @@ public:
     }
 
     boost::asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override;
+    boost::asio::awaitable<result<std::vector<ListedWorld>>> list_worlds(FetchOrder order) override;
     boost::asio::awaitable<result<>> restore(RestoreOrder order) override;
     boost::asio::awaitable<result<>> discard(std::filesystem::path directory) override;
 
@@ -37,7 +38,9 @@ public:
     /// Directories that were fetched into and not discarded; should be empty at the end of a test.
     std::set<std::filesystem::path> const& directories() const noexcept { return directories_; }
 
-    Duration delay{}; ///< How long a fetch takes.
+    Duration delay{};                ///< How long a fetch takes, or a list of worlds.
+    std::vector<ListedWorld> listed; ///< What `list_worlds` finds everywhere.
+    std::vector<FetchOrder> lists;   ///< That were asked for.
     bool finishes =
         false; ///< Fetches that have begun succeed even when cancelled, like one whose thread has finished.
     RefMeaning refs = RefMeaning::git;

@@ -3,6 +3,7 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/listed_world.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/website_project.hpp>
@@ -123,6 +124,17 @@ public:
     virtual boost::asio::awaitable<result<>> restore(RestoreOrder)
     {
         co_return Failure(errc::unavailable, "Files of this project can't be restored.");
+    }
+
+    /// The worlds in the folder that the order's project names, and below it, with what they say of
+    /// themselves; of very many the first. The order needs no directory, and nothing is kept.
+    ///
+    /// Cancellation: terminal.
+    /// Errors: as `fetch`; `unavailable`: this source can't do it, which is what a source without an override
+    /// answers.
+    virtual boost::asio::awaitable<result<std::vector<ListedWorld>>> list_worlds(FetchOrder)
+    {
+        co_return Failure(errc::unavailable, "Worlds can't be listed here.");
     }
 
     /// What the ref in the address of a world means to it. Asked of the sources of forges.

@@ -7,6 +7,7 @@
 #include "core/git/git_problem.hpp"
 #include "core/text.hpp"
 
+#include <algorithm>
 #include <optional>
 
 namespace webots_cloud::adapters {
@@ -198,6 +199,8 @@ result<> GitClient::post(std::string body, Sink sink)
 result<std::vector<core::GitRef>> GitClient::ls_refs(std::vector<std::string> const& prefixes)
 {
     auto body = concat(request("ls-refs"), pkt_line("peel\n"));
+    if (std::ranges::find(prefixes, "HEAD") != prefixes.end())
+        body += pkt_line("symrefs\n"); // which branch it is
     for (auto const& prefix : prefixes)
         body += pkt_line(concat("ref-prefix ", prefix, "\n"));
     body += core::pkt_flush;

@@ -6,8 +6,10 @@
 
 #include "core/git/git_history.hpp"
 #include "core/git/git_tree.hpp"
+#include "core/projects/world_info.hpp"
 #include "core/refusals.hpp"
 #include "core/text.hpp"
+#include "core/web_form.hpp"
 
 #include <fcntl.h>
 
@@ -128,6 +130,59 @@ result<> GitDownload::lay_out(core::GitTarget const& target)
     parents_.emplace(layout_, *staging_, donors_);
     watching_.emplace(*staging_, *parents_);
     return {};
+}
+
+result<> GitDownload::find_worlds(core::GitTarget const& target)
+{
+    FetchShare::Loan const loan(share_); // for the entries of one folder after the other
+    proof_.emplace(target.folder);
+    result<> paid;
+    std::uint64_t taken = 0;
+    auto const lookup = [&](core::GitObjectId const& id) -> std::string const* {
+        auto const* const folder = ask(order_.interrupt) ? staging_->find(id) : nullptr;
+        if (folder && paid)
+            paid = pay_for_entries(*folder, taken);
+        return paid ? folder : nullptr;
+    };
+    auto const root = root_of(target.commit);
+    if (!root)
+        return root.error();
+    auto worlds = core::find_git_worlds(*root, target.folder, core::GitWorldLimits(), lookup);
+    if (auto const going_on = ask(order_.interrupt); !going_on)
+        return going_on.error();
+    if (!paid)
+        return paid.error();
+    if (!worlds)
+        return worlds.error();
+    worlds_ = std::move(*worlds);
+    return {};
+}
+
+std::vector<core::GitObjectId> GitDownload::missing_worlds() const
+{
+    constexpr std::size_t read_worlds = 100;
+    std::vector<core::GitObjectId> missing;
+    std::unordered_set<core::GitObjectId, core::GitObjectIdHash> seen;
+    for (auto const& world : worlds_)
+        if (missing.size() < read_worlds && !staging_->has_blob(world.id) && seen.insert(world.id).second)
+            missing.push_back(world.id);
+    return missing;
+}
+
+std::vector<ListedWorld> GitDownload::read_worlds(std::string const& base) const
+{
+    std::vector<ListedWorld> listed;
+    for (auto const& world : worlds_) {
+        auto& each = listed.emplace_back(base);
+        for (auto const part : core::split(world.path, '/'))
+            each.url += concat("/", core::percent_encode(part));
+        auto const text =
+            staging_->has_blob(world.id) ? staging_->read_blob(world.id) : result<std::string>("");
+        auto info = core::world_info(text ? std::string_view(*text).substr(0, core::world_info_bytes) : "");
+        each.title = std::move(info.title);
+        each.text = std::move(info.text);
+    }
+    return listed;
 }
 
 result<core::GitObjectId> GitDownload::root_of(core::GitObjectId const& id)

@@ -14,8 +14,10 @@
 #include "core/git/git_fetch_plan.hpp"
 #include "core/git/git_layout.hpp"
 #include "core/git/git_refs.hpp"
+#include "core/git/git_worlds.hpp"
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/listed_world.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/transport/project_source.hpp>
 
@@ -57,6 +59,17 @@ public:
     ///
     /// Errors: `not_a_commit`, `no_such_folder`, `object_missing`, `malformed`, sentences.
     result<> lay_out(core::GitTarget const& target);
+
+    /// Finds the worlds in the target's folder and below it, in place of a layout.
+    ///
+    /// Errors: the same.
+    result<> find_worlds(core::GitTarget const& target);
+
+    /// The files of the first of these worlds: the others are listed without what they say of themselves.
+    std::vector<core::GitObjectId> missing_worlds() const;
+
+    /// These worlds, with what their files say as far as they are there. The addresses begin with `base`.
+    std::vector<ListedWorld> read_worlds(std::string const& base) const;
 
     /// The files that the layout lacks.
     std::vector<core::GitObjectId> missing(core::GitFiles files) const;
@@ -111,8 +124,9 @@ private:
     std::string folder_; ///< Of the target.
     std::optional<GitProof> proof_;
     Layout layout_;
-    std::vector<std::string> forbidden_; ///< As in `core::GitWay`.
-    bool left_out_ = false;              ///< The files of the folders above the project.
+    std::vector<core::GitWorldFile> worlds_; ///< In place of a layout.
+    std::vector<std::string> forbidden_;     ///< As in `core::GitWay`.
+    bool left_out_ = false;                  ///< The files of the folders above the project.
     std::optional<GitParentFiles> parents_;
     std::optional<GitStaging::Watching> watching_;
     FileDescriptor files_;

@@ -4,6 +4,7 @@
 
 #include "core/refusals.hpp"
 #include "core/text.hpp"
+#include "core/web_form.hpp"
 
 #include <boost/asio/error.hpp>
 
@@ -53,7 +54,7 @@ GitOutcome outcome_of(result<> const& done)
 GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
                    std::shared_ptr<FetchBudget> budget, GitFetchOrder order)
     : http_(http), cache_(cache), servers_(servers), params_(params), budget_(std::move(budget)),
-      order_(std::move(order)), url_(order_.project.clone_url()), plan_(order_.project),
+      order_(std::move(order)), url_(order_.project.clone_url()), plan_(order_.project, order_.purpose),
       peer_(http_, cache_, remote_of(order_.project))
 {}
 
@@ -113,8 +114,9 @@ result<GitFetched> GitFetch::end(GitAction const& action)
         return failed->failure;
     GitFetched fetched;
     fetched.snapshot = std::move(snapshot_);
+    fetched.worlds = std::move(worlds_);
     fetched.notice = std::get<Succeed>(action).notice;
-    if (fetched.notice.empty())
+    if (fetched.notice.empty() && !is_for_worlds())
         cache_.remember(url_, order_.project.ref_and_folder, plan_.target());
     return fetched;
 }
@@ -209,7 +211,7 @@ GitOutcome GitFetch::carry_out(FetchHistory const& action)
     GitWants wants;
     wants.ids = action.tips;
     wants.filter = git_filter_files_and_folders;
-    auto const files = action.with_files ? download_->missing(GitFiles::all) : Ids();
+    auto const files = action.with_files ? missing(GitFiles::all) : Ids();
     wants.ids.insert(wants.ids.end(), files.begin(), files.end());
     files_wanted_ = static_cast<std::uint32_t>(files.size());
     return fetch_in_parts(wants, wants.ids, action.with_files);
@@ -234,10 +236,12 @@ GitOutcome GitFetch::carry_out(FetchCommit const& action)
 
 GitOutcome GitFetch::carry_out(LayOut const& action)
 {
-    if (auto const laid_out = download_->lay_out(action.target); !laid_out)
+    auto const laid_out =
+        is_for_worlds() ? download_->find_worlds(action.target) : download_->lay_out(action.target);
+    if (!laid_out)
         return Failed(laid_out.error());
     LaidOut outcome;
-    outcome.files_missing = download_->missing(GitFiles::all).size();
+    outcome.files_missing = missing(GitFiles::all).size();
     files_missing_ = static_cast<std::uint32_t>(outcome.files_missing);
     return outcome;
 }
@@ -245,10 +249,25 @@ GitOutcome GitFetch::carry_out(LayOut const& action)
 GitOutcome GitFetch::carry_out(FetchFiles const& action)
 {
     download_->expect(action.files);
-    auto const all = download_->missing(GitFiles::all).size();
+    auto const all = missing(GitFiles::all).size();
     files_wanted_ = files_missing_;
     files_read_ = files_wanted_ - static_cast<std::uint32_t>(all);
-    return fetch_in_parts(GitWants(), download_->missing(action.files), action.files != GitFiles::of_project);
+    return fetch_in_parts(GitWants(), missing(action.files), action.files != GitFiles::of_project);
+}
+
+GitFetch::Ids GitFetch::missing(GitFiles files) const
+{
+    return is_for_worlds() ? download_->missing_worlds() : download_->missing(files);
+}
+
+GitOutcome GitFetch::carry_out(ReadWorlds const&)
+{
+    auto base = core::concat(order_.project.forge, "/", order_.project.owner, "/", order_.project.repository,
+                             "/blob");
+    for (auto const part : core::split(plan_.ref(), '/'))
+        base += core::concat("/", core::percent_encode(part));
+    worlds_ = download_->read_worlds(base);
+    return Done();
 }
 
 GitOutcome GitFetch::carry_out(Unpack const&)

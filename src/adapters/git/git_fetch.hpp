@@ -28,6 +28,7 @@ namespace webots_cloud::adapters {
 struct GitFetchOrder
 {
     ProjectRef project;
+    core::GitPurpose purpose = core::GitPurpose::folder;
     FetchLimits limits;
     std::atomic<bool> const* aborted = nullptr; ///< Outlives the fetch.
     GitProgress* progress = nullptr;            ///< Outlives the fetch.
@@ -36,10 +37,11 @@ struct GitFetchOrder
 struct GitFetched
 {
     GitSnapshotPtr snapshot;
-    std::string notice; ///< For the log: why it is not from the server.
+    std::string notice;              ///< For the log: why it is not from the server.
+    std::vector<ListedWorld> worlds; ///< In place of a snapshot, where these were wanted.
 };
 
-/// Makes sure that a folder is in the cache. Blocks.   Thread-safety: any thread.
+/// Makes sure that a folder is in the cache, or lists the worlds of one. Blocks.   Thread-safety: any thread.
 ///
 /// What is requested, and in which order, is decided by `core::GitFetchPlan`.
 class GitFetch
@@ -81,13 +83,16 @@ private:
     core::GitOutcome carry_out(core::git_action::FetchCommit const& action);
     core::GitOutcome carry_out(core::git_action::LayOut const& action);
     core::GitOutcome carry_out(core::git_action::FetchFiles const& action);
+    core::GitOutcome carry_out(core::git_action::ReadWorlds const& action);
     core::GitOutcome carry_out(core::git_action::Unpack const& action);
     core::GitOutcome carry_out(core::git_action::FindLargeFiles const& action);
     core::GitOutcome carry_out(core::git_action::FetchLargeFiles const& action);
     core::GitOutcome carry_out(core::git_action::Publish const& action);
     core::GitOutcome carry_out(core::git_action::MakeRoom const& action);
 
+    bool is_for_worlds() const noexcept { return order_.purpose == core::GitPurpose::worlds; }
     void drop_download();
+    Ids missing(core::GitFiles files) const;
     core::GitOutcome fetch_in_parts(GitWants wants, Ids const& ids, bool parents_may_stop);
     core::GitOutcome fetch_pack(GitWants const& wants);
     void report(GitWants const& wants, GitPackReader const& pack);
@@ -111,6 +116,7 @@ private:
     std::optional<GitLargeFiles> large_files_; ///< Of the download, once they are looked for.
     core::GitCapabilities capabilities_;       ///< That the download makes use of.
     GitSnapshotPtr snapshot_;                  ///< Once it was found or made.
+    std::vector<ListedWorld> worlds_;          ///< Once they were read.
     std::uint64_t received_ = 0;               ///< Bytes of packs, of all requests.
     std::uint64_t unpacked_ = 0;               ///< Bytes of objects.
     std::uint64_t given_up_ = 0;               ///< Bytes received in vain, which a browser has seen.

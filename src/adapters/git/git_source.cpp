@@ -80,8 +80,8 @@ public:
         auto const url = order.project.clone_url();
         auto const ref_and_folder = order.project.ref_and_folder;
         auto const key = concat(url, "\n", ref_and_folder);
-        adapters::GitCoalescedFetches::Make make = maker_of(order);
-        auto& fetches = fetches_.try_emplace(order.project.forge, executor_, fetches_at_once).first->second;
+        adapters::GitCoalescedFetches::Make make = maker_of(order, core::GitPurpose::folder);
+        auto& fetches = fetches_of(order.project.forge);
         auto const obtained = co_await fetches.join(key, order.progress, std::move(make));
         if (!obtained)
             meanwhile.cancel_all();
@@ -102,6 +102,20 @@ public:
             note_use(adapters::project_key_of(url, ref_and_folder));
         }
         co_return project;
+    }
+
+    asio::awaitable<result<std::vector<ListedWorld>>> list_worlds(FetchOrder order) override
+    {
+        co_await asio::this_coro::throw_if_cancelled(false);
+        if (!cache_.usable())
+            co_return core::refused(core::Refused::no_cache);
+        auto const key = concat("worlds\n", order.project.clone_url(), "\n", order.project.ref_and_folder);
+        adapters::GitCoalescedFetches::Make make = maker_of(order, core::GitPurpose::worlds);
+        auto const listed =
+            co_await fetches_of(order.project.forge).join(key, order.progress, std::move(make));
+        if (!listed)
+            co_return listed.error();
+        co_return listed->worlds;
     }
 
     RefMeaning ref_meaning() const noexcept override { return RefMeaning::git; }
@@ -170,12 +184,18 @@ private:
             in_use_[order.directory.string()] = head_start.snapshot;
     }
 
-    adapters::GitCoalescedFetches::Make maker_of(FetchOrder const& order)
+    adapters::GitCoalescedFetches& fetches_of(std::string const& forge)
     {
-        return [this, project = order.project, limits = order.limits](std::atomic<bool> const& aborted,
-                                                                      adapters::GitProgress& progress) {
+        return fetches_.try_emplace(forge, executor_, fetches_at_once).first->second;
+    }
+
+    adapters::GitCoalescedFetches::Make maker_of(FetchOrder const& order, core::GitPurpose purpose)
+    {
+        return [this, project = order.project, limits = order.limits,
+                purpose](std::atomic<bool> const& aborted, adapters::GitProgress& progress) {
             adapters::GitFetchOrder wanted;
             wanted.project = project;
+            wanted.purpose = purpose;
             wanted.limits = limits;
             wanted.aborted = &aborted;
             wanted.progress = &progress;

@@ -91,6 +91,11 @@ public:
         return source_.fetch(std::move(order));
     }
 
+    asio::awaitable<result<std::vector<ListedWorld>>> list_worlds(FetchOrder order) override
+    {
+        return source_.list_worlds(std::move(order));
+    }
+
     RefMeaning ref_meaning() const noexcept override { return source_.ref_meaning(); }
 
     std::vector<std::uint32_t> cached() const override { return source_.cached(); }

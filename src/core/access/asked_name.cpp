@@ -79,6 +79,18 @@ AskedAddress asked_address(HeaderFields fields, bool is_from_proxy)
     return asked;
 }
 
+std::string_view port_left_out(std::string_view origin, std::string_view host) noexcept
+{
+    constexpr std::string_view mark = "://";
+    auto const scheme = origin.find(mark);
+    if (scheme == std::string_view::npos || host.empty())
+        return {};
+    auto const place = origin.substr(scheme + mark.size());
+    bool const has_more = place.size() > host.size() + 1 && place[host.size()] == ':';
+    return has_more && equal_ignoring_case(place.substr(0, host.size()), host) ? place.substr(host.size() + 1)
+                                                                               : std::string_view();
+}
+
 PublicAddress reached_at(PublicAddress address, AskedAddress const& asked)
 {
     if (!asked.path.empty())

@@ -19,6 +19,10 @@ inline constexpr std::string_view asked_name = "*";
 /// several fields the last, which is its own.
 AskedAddress asked_address(HeaderFields fields, bool is_from_proxy);
 
+/// The port of the page at `origin` that has asked for `host`, which is its own without that port: a proxy
+/// has left it out, or the page is another site's on that host. Empty: neither.
+std::string_view port_left_out(std::string_view origin, std::string_view host) noexcept;
+
 /// Where a browser reaches us: with the name `*` at the host it asked; where a port is part of the path
 /// (`port_rewrite`), with the port that it asked. A missing or malformed header: `localhost`. A proxy that
 /// names a path, or says that it speaks TLS, is right about itself; one that says nothing of TLS may have

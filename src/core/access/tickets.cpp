@@ -49,11 +49,13 @@ std::string make_ticket(Mac const& mac, std::string_view server, std::string_vie
 std::string_view ticket_in(std::string_view path) noexcept
 {
     constexpr std::string_view before = "/ticket/";
-    constexpr std::string_view after = "/client";
-    if (!path.starts_with(before) || !path.ends_with(after) || path.size() <= before.size() + after.size())
+    if (!path.starts_with(before))
         return {};
-    auto const ticket = path.substr(before.size(), path.size() - before.size() - after.size());
-    return ticket.find('/') == std::string_view::npos ? ticket : std::string_view();
+    path.remove_prefix(before.size());
+    auto const end = path.find('/');
+    bool const is_known = end != std::string_view::npos &&
+                          (path.substr(end) == "/client" || path.substr(end) == "/worlds/list");
+    return is_known ? path.substr(0, end) : std::string_view();
 }
 
 std::optional<Failure> refusal(TicketVerdict verdict)

@@ -20,6 +20,8 @@ namespace json = boost::json;
 constexpr std::size_t longest_address = 2048; // as `parse_world_url`
 constexpr std::size_t longest_title = 100;
 constexpr std::size_t longest_text = 200;
+constexpr std::size_t longest_error = 500;
+constexpr std::size_t most_values = 16;
 constexpr std::size_t key_size = 16;
 
 std::string_view text_of(json::object const& object, std::string_view key)
@@ -179,6 +181,39 @@ std::vector<std::string> parse_picture_keys(std::string_view text)
             keys.emplace_back(*key);
     }
     return keys;
+}
+
+std::string world_list_error(Failure const& why)
+{
+    json::object answer{{"error", why.message()}};
+    if (auto const* const info = why.info()) {
+        json::object values;
+        for (auto const& [name, value] : info->arguments)
+            values[name] = value;
+        answer["code"] = info->code;
+        answer["values"] = std::move(values);
+    }
+    return json::serialize(answer);
+}
+
+std::optional<std::string> parse_world_list_error(std::string_view text)
+{
+    boost::system::error_code failed;
+    auto const parsed = json::parse(text, failed);
+    auto const* const object = failed ? nullptr : parsed.if_object();
+    if (!object || text_of(*object, "error").empty())
+        return std::nullopt;
+    json::object answer{{"error", printable(text_of(*object, "error"), longest_error)}};
+    if (auto const code = text_of(*object, "code"); !code.empty())
+        answer["code"] = printable(code, longest_title);
+    json::object values;
+    auto const* const told = object->if_contains("values");
+    for (auto const& [name, value] : told && told->is_object() ? told->get_object() : json::object())
+        if (auto const* const word = value.if_string(); word && values.size() < most_values)
+            values[name] = printable(*word, longest_error);
+    if (!values.empty())
+        answer["values"] = std::move(values);
+    return json::serialize(answer);
 }
 
 std::optional<std::vector<ListedWorld>> parse_world_list(std::string_view text)

@@ -1,6 +1,7 @@
 // Lists of worlds: what a machine answers at `/worlds`, and what the gallery of a site shows.
 #pragma once
 
+#include <webots_cloud/error.hpp>
 #include <webots_cloud/listed_world.hpp>
 
 #include <optional>
@@ -30,6 +31,13 @@ std::string picture_key(std::string_view url);
 /// `{"worlds":[{"url":...,"title":...,"text":...}],"pictures":["<key>"]}`; what is empty is left out, but for
 /// the worlds.   `pictures`: the keys of those that a machine has.
 std::string world_list_json(std::span<ListedWorld const> worlds, std::span<std::string const> pictures = {});
+
+/// `{"error":"<sentence>","code":"<code>","values":{...}}`: why there is no list, as `reason:` says it on
+/// /client.
+std::string world_list_error(Failure const& why);
+
+/// The same as a machine answers it: an answer for pages, of texts alone. Nothing: it is none.
+std::optional<std::string> parse_world_list_error(std::string_view json);
 
 /// The same for the page of the gallery: worlds of which there is a picture have `"picture":"picture/<key>"`.
 std::string gallery_json(std::span<ListedWorld const> worlds, std::span<std::string const> pictures);

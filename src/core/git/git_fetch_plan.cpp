@@ -52,6 +52,14 @@ Failed about_files(Failed const& failed)
 
 } // namespace
 
+std::string GitFetchPlan::ref() const
+{
+    std::string_view ref = project_.ref_and_folder;
+    if (!target_.folder.empty())
+        ref.remove_suffix(target_.folder.size() + 1);
+    return ref == "HEAD" ? default_branch_ : std::string(ref);
+}
+
 GitAction GitFetchPlan::go(Step step, GitAction action)
 {
     step_ = step;
@@ -177,6 +185,7 @@ GitAction GitFetchPlan::after_refs(GitOutcome const& outcome)
     if (!target)
         return look_up_failed(target.error());
     target_ = std::move(*target);
+    default_branch_ = default_branch(refs);
     if (names_commit(project_.ref_and_folder)) {
         tips_ = git_tips(refs);
         history_unknown_ = std::find(tips_.begin(), tips_.end(), target_.commit) == tips_.end();
@@ -216,7 +225,8 @@ GitAction GitFetchPlan::after_capabilities_for_refs(GitOutcome const& outcome)
 
 GitAction GitFetchPlan::find_folder()
 {
-    return go(Step::find_folder, FindFolder{target_});
+    return is_for_worlds() ? go(Step::wait_for_turn, WaitForTurn{})
+                           : go(Step::find_folder, FindFolder{target_});
 }
 
 /// When the server can't be asked, what it said last is better than nothing.
@@ -225,6 +235,8 @@ GitAction GitFetchPlan::look_up_failed(Failure const& failure)
     failure_ = failure;
     if (fails_as(failure, errc::not_found))
         return go(Step::forget_target, ForgetTarget{});
+    if (is_for_worlds())
+        return fail(failure);
     if (fails_as(failure, errc::unreachable) || fails_as(failure, errc::timed_out) ||
         fails_as(failure, errc::protocol_error))
         return go(Step::find_last_folder, FindLastFolder{});
@@ -245,7 +257,7 @@ GitAction GitFetchPlan::begin_download()
 GitAction GitFetchPlan::after_begin(GitOutcome const& outcome)
 {
     auto const* const begun = std::get_if<Begun>(&outcome);
-    bool const is_part = !target_.folder.empty() || (begun && begun->has_donors);
+    bool const is_part = is_for_worlds() || !target_.folder.empty() || (begun && begun->has_donors);
     without_files_ = capabilities_.version_2 && capabilities_.filter && is_part;
     if (!history_unknown_)
         return fetch_commit();
@@ -317,14 +329,21 @@ GitAction GitFetchPlan::after_layout(GitOutcome const& outcome)
 GitAction GitFetchPlan::fetch_files()
 {
     if (!capabilities_.version_2) // all that it has to give is there
-        return go(Step::unpack, Unpack{});
+        return use_files();
     return go(Step::fetch_files, FetchFiles{files_});
+}
+
+GitAction GitFetchPlan::use_files()
+{
+    return is_for_worlds() ? go(Step::read_worlds, ReadWorlds{}) : go(Step::unpack, Unpack{});
 }
 
 /// The files of the folders above the project come with the others, and the transfer is cut when they turn
 /// out to be too large, or may be.
 GitAction GitFetchPlan::after_files(GitOutcome const& outcome)
 {
+    if (is_for_worlds()) // also those that did not come, which are listed without a title
+        return use_files();
     if (auto const* const failed = std::get_if<Failed>(&outcome))
         return download_failed(about_files(*failed));
     auto const* const stopped = std::get_if<ParentFilesStopped>(&outcome);
@@ -338,7 +357,7 @@ GitAction GitFetchPlan::after_files(GitOutcome const& outcome)
         files_ = GitFiles::all_after_project;
         return fetch_files();
     }
-    return go(Step::unpack, Unpack{});
+    return use_files();
 }
 
 GitAction GitFetchPlan::download_failed(Failed const& failed)

@@ -39,6 +39,13 @@ enum class GitFiles
     all_after_project, ///< The project's are there; the others get a second chance.
 };
 
+/// What a fetch is for.
+enum class GitPurpose
+{
+    folder, ///< A project, in the cache.
+    worlds  ///< A list of the worlds in a folder, of which nothing is kept.
+};
+
 /// What is to be done next. Each has the outcomes that its comment names, and `Failed`; where none is named,
 /// `Done`.
 namespace git_action {
@@ -127,6 +134,10 @@ struct FetchFiles
     GitFiles files = GitFiles::all;
 };
 
+/// Read what the worlds of the folder say of themselves, as far as they are there.
+struct ReadWorlds
+{};
+
 /// Put all files in their places.
 struct Unpack
 {};
@@ -166,9 +177,9 @@ using GitAction =
                  git_action::RememberCapabilities, git_action::RememberMissing, git_action::ForgetTarget,
                  git_action::FindFolder, git_action::FindLastFolder, git_action::WaitForTurn,
                  git_action::BeginDownload, git_action::FetchHistory, git_action::SearchHistory,
-                 git_action::FetchCommit, git_action::LayOut, git_action::FetchFiles, git_action::Unpack,
-                 git_action::FindLargeFiles, git_action::FetchLargeFiles, git_action::Publish,
-                 git_action::MakeRoom, git_action::Succeed, git_action::Fail>;
+                 git_action::FetchCommit, git_action::LayOut, git_action::FetchFiles, git_action::ReadWorlds,
+                 git_action::Unpack, git_action::FindLargeFiles, git_action::FetchLargeFiles,
+                 git_action::Publish, git_action::MakeRoom, git_action::Succeed, git_action::Fail>;
 
 /// What became of an action.
 namespace git_outcome {
@@ -258,7 +269,9 @@ struct GitServerFacts
 class GitFetchPlan
 {
 public:
-    explicit GitFetchPlan(ProjectRef project) : project_(std::move(project)) {}
+    explicit GitFetchPlan(ProjectRef project, GitPurpose purpose = GitPurpose::folder)
+        : project_(std::move(project)), purpose_(purpose)
+    {}
 
     /// The first action.
     GitAction start(GitServerFacts const& facts);
@@ -268,6 +281,9 @@ public:
 
     /// Once the server, or the cache, has said what the address means.
     GitTarget const& target() const noexcept { return target_; }
+
+    /// The ref of the address; of `HEAD` the branch that it stands for, once the server has said that.
+    std::string ref() const;
 
 private:
     /// Which action's outcome comes next; an action with two purposes has two steps.
@@ -288,6 +304,7 @@ private:
         fetch_commit,
         lay_out,
         fetch_files,
+        read_worlds,
         unpack,
         find_large_files,
         fetch_large_files,
@@ -311,6 +328,7 @@ private:
     GitAction fetch_history();
     GitAction fetch_commit();
     GitAction fetch_files();
+    GitAction use_files();
 
     GitAction after_refs(GitOutcome const& outcome);
     GitAction after_failed_refs(Failure const& failure);
@@ -322,7 +340,11 @@ private:
     GitAction after_layout(GitOutcome const& outcome);
     GitAction after_files(GitOutcome const& outcome);
 
+    bool is_for_worlds() const noexcept { return purpose_ == GitPurpose::worlds; }
+
     ProjectRef project_;
+    GitPurpose purpose_;
+    std::string default_branch_ = "HEAD";
     Step step_ = Step::over;
     GitTarget target_;
     Failure failure_;                      ///< The reason for the last question or clean-up.

@@ -99,10 +99,14 @@ result<GitRef> parse_ref_line(std::string_view line)
     ref.name = words[1];
     ref.id = *id;
     constexpr std::string_view peeled = "peeled:";
-    for (auto const word : words)
+    constexpr std::string_view symref = "symref-target:";
+    for (auto const word : words) {
+        if (word.starts_with(symref))
+            ref.target = word.substr(symref.size());
         if (word.starts_with(peeled))
             if (auto const commit = git_object_id(word.substr(peeled.size())))
                 ref.id = *commit;
+    }
     return ref;
 }
 
@@ -121,6 +125,14 @@ std::vector<std::string> ref_prefixes(std::string_view ref_and_folder)
 std::vector<std::string> all_ref_prefixes()
 {
     return {std::string(heads), std::string(tags)};
+}
+
+std::string default_branch(std::vector<GitRef> const& refs)
+{
+    for (auto const& ref : refs)
+        if (ref.name == "HEAD" && ref.target.starts_with(heads) && ref.target.size() > heads.size())
+            return ref.target.substr(heads.size());
+    return "HEAD";
 }
 
 bool is_branch_or_tag(std::string_view name) noexcept

@@ -14,12 +14,14 @@ namespace webots_cloud::core {
 /// A ref as a server lists it.
 struct GitRef
 {
-    std::string name; ///< `refs/heads/main`
-    GitObjectId id;   ///< For an annotated tag what it points to.
+    std::string name;     ///< `refs/heads/main`
+    GitObjectId id;       ///< For an annotated tag what it points to.
+    std::string target{}; ///< Of `HEAD`, the name of the default branch; empty: the server has not said it.
 };
 
-/// One line of an `ls-refs` answer: `<id> <name>[ symref-target:<name>][ peeled:<id>]`.   Errors:
-/// `malformed`.
+/// One line of an `ls-refs` answer: `<id> <name>[ symref-target:<name>][ peeled:<id>]`.
+///
+/// Errors: `malformed`.
 result<GitRef> parse_ref_line(std::string_view line);
 
 /// A commit and a folder in it (empty: the whole tree).
@@ -36,6 +38,9 @@ std::vector<std::string> ref_prefixes(std::string_view ref_and_folder);
 
 /// What `ref-prefix` arguments list all branches and tags.
 std::vector<std::string> all_ref_prefixes();
+
+/// The branch that `HEAD` stands for, as addresses name it; `HEAD` where that is not known.
+std::string default_branch(std::vector<GitRef> const& refs);
 
 /// True for the name of a branch or a tag: forges have refs of other kinds, which anybody may create.
 bool is_branch_or_tag(std::string_view name) noexcept;

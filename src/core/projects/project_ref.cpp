@@ -77,7 +77,8 @@ std::optional<Failure> bad_name(ProjectRef const& project)
     if (!is_forge_name(project.repository) || core::without_dot_git(project.repository) != project.repository)
         return bad_part("name of a repository", project.repository);
     // Where the ref ends is unknown yet, so its parts obey the rule for files and folders, too.
-    auto const others = concat(project.ref_and_folder, "/", project.world);
+    auto const others =
+        project.world.empty() ? project.ref_and_folder : concat(project.ref_and_folder, "/", project.world);
     for (auto const part : core::split(others, '/'))
         if (!core::is_safe_file_name(part))
             return bad_part("name of a branch, folder or file", part);
@@ -141,6 +142,46 @@ result<ForgeAddress> forge_at(std::string_view usual, std::string_view url,
     return *forge;
 }
 
+/// A URL on a forge.
+struct PlacedUrl
+{
+    ForgeAddress forge;
+    std::string path; ///< Decoded, without the slash after the forge.
+};
+
+result<PlacedUrl> place_of(std::string_view url, std::vector<ForgeAddress> const& forges)
+{
+    auto const usual = core::usual_address(url);
+    auto forge = forge_at(usual, url, forges);
+    if (!forge)
+        return forge.error();
+    PlacedUrl place;
+    auto const location = core::without_query(usual);
+    if (!core::percent_decode(location.substr(std::min(location.size(), forge->url.size() + 1)), place.path))
+        return refused(Refused::address_malformed);
+    place.forge = std::move(*forge);
+    return place;
+}
+
+/// `names`: owner or groups, and repository.
+ProjectRef project_named(std::string_view names, std::string forge)
+{
+    ProjectRef project;
+    auto const repository = names.rfind('/');
+    project.forge = std::move(forge);
+    project.owner = names.substr(0, repository);
+    project.repository = names.substr(repository + 1);
+    return project;
+}
+
+/// Owner and repository; of GitLab's more.
+bool are_names(std::string_view names, ForgeKind kind)
+{
+    auto const count = core::split(names, '/').size();
+    bool const has_groups = kind == ForgeKind::gitlab || kind == ForgeKind::unknown;
+    return count == 2 || (count > 2 && has_groups);
+}
+
 } // namespace
 
 result<ForgeAddress> forge_of(std::string_view url, std::vector<ForgeAddress> const& forges)
@@ -150,27 +191,41 @@ result<ForgeAddress> forge_of(std::string_view url, std::vector<ForgeAddress> co
 
 result<ProjectRef> parse_world_url(std::string_view url, std::vector<ForgeAddress> const& forges)
 {
-    auto const usual = core::usual_address(url);
-    auto forge = forge_at(usual, url, forges);
-    if (!forge)
-        return forge.error();
-    auto const location = core::without_query(usual);
-    std::string path;
-    if (!core::percent_decode(location.substr(std::min(location.size(), forge->url.size() + 1)), path))
-        return refused(Refused::address_malformed);
-    auto const link = core::forge_link(path, forge->kind);
-    if (auto why = why_no_world(path, link ? &*link : nullptr))
+    auto place = place_of(url, forges);
+    if (!place)
+        return place.error();
+    auto const link = core::forge_link(place->path, place->forge.kind);
+    if (auto why = why_no_world(place->path, link ? &*link : nullptr))
         return std::move(*why);
 
-    ProjectRef project;
-    project.forge = std::move(forge->url);
-    auto const repository = link->names.rfind('/');
-    project.owner = link->names.substr(0, repository);
-    project.repository = link->names.substr(repository + 1);
+    auto project = project_named(link->names, std::move(place->forge.url));
     auto const file = link->rest.rfind('/');
     project.world = link->rest.substr(file + 1);
     auto const ref_and_folder = link->rest.substr(0, link->rest.rfind('/', file - 1));
     project.ref_and_folder = concat(link->ref_space, ref_and_folder);
+    if (auto bad = bad_name(project))
+        return std::move(*bad);
+    return project;
+}
+
+result<ProjectRef> parse_folder_url(std::string_view url, std::vector<ForgeAddress> const& forges)
+{
+    auto place = place_of(url, forges);
+    if (!place)
+        return place.error();
+    auto& path = place->path;
+    while (path.ends_with('/'))
+        path.pop_back();
+    auto const link = core::forge_link(path, place->forge.kind);
+    auto const names = link ? link->names : std::string_view(path);
+    if (!are_names(names, place->forge.kind))
+        return refused(Refused::address_without_folder);
+    auto project = project_named(names, std::move(place->forge.url));
+    project.repository = core::without_dot_git(project.repository);
+    project.ref_and_folder = link && !link->rest.empty() ? concat(link->ref_space, link->rest) : "HEAD";
+    auto const file = project.ref_and_folder.rfind('/');
+    if (link && link->view == core::LinkView::file && file != std::string::npos)
+        project.ref_and_folder.resize(file);
     if (auto bad = bad_name(project))
         return std::move(*bad);
     return project;

@@ -3,10 +3,12 @@
 
 #include "core/gallery/world_list.hpp"
 #include "core/pages/http_pages.hpp"
+#include "core/refusals.hpp"
 #include "core/simulation/first_picture.hpp"
 #include "core/text.hpp"
 #include "machine_request.hpp"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -18,7 +20,10 @@ namespace {
 constexpr auto gallery_look = std::chrono::seconds(1);   // soon after a machine has come
 constexpr auto gallery_again = std::chrono::seconds(30); // as often as machines look themselves
 constexpr std::size_t asked_machines = 8;
-constexpr std::size_t gallery_pictures = 64; // of 256 KB at most, mostly of 50
+constexpr std::size_t gallery_pictures = 64;   // of 256 KB at most, mostly of 50
+constexpr std::size_t lists_at_once = 32;      // for addresses that people paste
+constexpr std::size_t machines_for_a_list = 3; // machines
+constexpr auto longest_list = std::chrono::seconds(25);
 
 } // namespace
 
@@ -100,6 +105,66 @@ asio::awaitable<result<>> Gallery::fetch_pictures(ServerSpec server)
         page_.expire();
     }
     co_return result<>();
+}
+
+asio::awaitable<HttpResponse> Gallery::look_into(std::string address, std::string client)
+{
+    if (looks_.size() == lists_at_once)
+        co_return core::json_page(core::world_list_error(core::refused(core::Refused::too_many_lists)));
+    auto const found = co_await looks_.run(find_worlds(std::move(address), std::move(client)));
+    if (found)
+        co_return core::json_page(*found);
+    bool const is_stopping = found.error().code() == asio::error::operation_aborted;
+    auto const why = is_stopping ? core::refused(core::Refused::server_stops) : found.error();
+    co_return core::json_page(core::world_list_error(why));
+}
+
+/// Those to be asked for a list, one after the other. Another one is the first each time.
+std::vector<ServerSpec> Gallery::next_machines()
+{
+    std::vector<ServerSpec> up;
+    for (auto const& machine : fleet_.machines()) {
+        auto const* const server = monitor_.find(machine.spec.address);
+        if (server && server->state == ServerState::up && !machine.is_draining())
+            up.push_back(machine.spec);
+    }
+    if (up.empty())
+        return up;
+    std::ranges::rotate(up, up.begin() + static_cast<std::ptrdiff_t>(++last_asked_ % up.size()));
+    up.resize(std::min(up.size(), machines_for_a_list));
+    return up;
+}
+
+/// A machine that can't list them may stand beside one that can.
+asio::awaitable<result<std::string>> Gallery::find_worlds(std::string address, std::string client)
+{
+    result<std::string> answer = core::refused(core::Refused::no_machine_to_relay);
+    auto const latest = clock_.now() + longest_list;
+    for (auto const& server : http_ ? next_machines() : std::vector<ServerSpec>()) {
+        auto const ticket =
+            make_ticket_ ? core::concat("/ticket/", make_ticket_(server.address)) : std::string();
+        auto request = machine_request(server, monitor_.params(), core::concat(ticket, "/worlds/list"));
+        request.method = "POST";
+        request.headers.emplace_back("Content-Type", "text/plain; charset=UTF-8");
+        if (!client.empty())
+            request.headers.emplace_back("X-Forwarded-For", client);
+        request.body = address;
+        request.body_limit = core::max_world_list;
+        request.timeout = latest - clock_.now();
+        if (request.timeout <= Duration::zero())
+            break;
+        auto const told = co_await http_->send(std::move(request));
+        if (!told && told.error().code() == asio::error::operation_aborted)
+            co_return told.error();
+        auto const text = told ? told->text() : std::string();
+        if (auto const worlds = core::parse_world_list(text); worlds && told->status == 200)
+            co_return core::gallery_json(*worlds, {});
+        if (auto error = core::parse_world_list_error(text))
+            answer = std::move(*error);
+        if (told && told->status == 200) // it would be the same elsewhere
+            break;
+    }
+    co_return answer;
 }
 
 void Gallery::forget_removed()

@@ -1,6 +1,7 @@
 // The worlds that a site shows to visitors: those of the configuration, and those that machines have found.
 #pragma once
 
+#include "async/interruptible.hpp"
 #include "core/pages/shared_page.hpp"
 
 #include <webots_cloud/config.hpp>
@@ -12,6 +13,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -20,15 +22,18 @@
 namespace webots_cloud {
 
 /// Asks machines now and then for the worlds in their plain folders, and answers from memory. Machines of a
-/// site have the same folders as a rule, so not all of a large site are asked.
+/// site have the same folders as a rule, so not all of a large site are asked. For an address that somebody
+/// has pasted one of them is asked at once.
 ///
 /// Lifetime: all that it is made with must outlive it; `http` may be null.   Thread-safety: one executor.
 class Gallery
 {
 public:
+    /// `make_ticket`: as in the hooks of SessionService.
     Gallery(SessionServiceConfig const& config, Fleet const& fleet, LoadMonitor const& monitor,
-            HttpClient* http, Clock& clock)
-        : config_(config), fleet_(fleet), monitor_(monitor), http_(http), clock_(clock)
+            HttpClient* http, std::function<std::string(std::string_view server)> make_ticket, Clock& clock)
+        : config_(config), fleet_(fleet), monitor_(monitor), http_(http),
+          make_ticket_(std::move(make_ticket)), clock_(clock)
     {}
 
     /// Cancellation: terminal.
@@ -39,6 +44,16 @@ public:
 
     /// The picture of a world of the list, by its key.
     HttpResponse picture(std::string_view key, std::string_view if_none_match) const;
+
+    /// The worlds of a repository, or of a folder in one, by its address, as JSON like that of the list; or
+    /// why there is no such list. A machine finds them, for this client, which is empty where it has no
+    /// limits.
+    ///
+    /// Cancellation: none; it ends within half a minute, and when `stop` is called.
+    boost::asio::awaitable<HttpResponse> look_into(std::string address, std::string client);
+
+    /// The server stops.
+    void stop() { looks_.interrupt(); }
 
     /// Whether the operator wants one.
     bool is_wanted() const noexcept { return !config_.worlds || !config_.worlds->empty(); }
@@ -59,14 +74,19 @@ private:
     boost::asio::awaitable<result<>> ask(ServerSpec server);
     boost::asio::awaitable<result<>> fetch_pictures(ServerSpec server);
     void forget_removed();
+    std::vector<ServerSpec> next_machines();
+    boost::asio::awaitable<result<std::string>> find_worlds(std::string address, std::string client);
     std::vector<ListedWorld> worlds() const;
 
     SessionServiceConfig const& config_;
     Fleet const& fleet_;
     LoadMonitor const& monitor_;
     HttpClient* http_;
+    std::function<std::string(std::string_view server)> make_ticket_;
     Clock& clock_;
-    std::map<std::string, Known, std::less<>> known_;               ///< By the address of the machine.
+    async::Interruptible looks_;
+    std::size_t last_asked_ = 0;                      ///< For such a list, of the machines that are up.
+    std::map<std::string, Known, std::less<>> known_; ///< By the address of the machine.
     std::map<std::string, core::SharedPage, std::less<>> pictures_; ///< Of worlds of the list.
     core::TimedPage page_;
 };

@@ -15,6 +15,7 @@
 #include "core/access/token_buckets.hpp"
 #include "core/classes/class_paths.hpp"
 #include "core/fleet/drain_order.hpp"
+#include "core/gallery/world_list.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/metrics_text.hpp"
 #include "core/pages/monitor_page.hpp"
@@ -132,7 +133,7 @@ struct SessionService::Impl final : FleetObserver
           clock(time), log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
           board(monitor.params().interval, monitor.params().threshold),
           machine_metrics(machines, load_monitor, placing, time),
-          gallery(params.config, machines, load_monitor, hooks.http, time),
+          gallery(params.config, machines, load_monitor, hooks.http, hooks.make_ticket, time),
           classes(load_monitor, placing, time, log, class_hooks()),
           relay(relay_params(), machines, load_monitor, placing, time, log, relay_hooks())
     {
@@ -204,6 +205,7 @@ struct SessionService::Impl final : FleetObserver
     Answer mean_load(IncomingRequest const& request);
     Answer monitor_page(IncomingRequest const& request);
     Answer web_file(IncomingRequest const& request);
+    Answer no_folder(IncomingRequest const& request);
     Answer class_page(IncomingRequest const& request);
     Answer embedded(std::string_view name, IncomingRequest const& request);
     Answer decisions(IncomingRequest const& request);
@@ -594,6 +596,7 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         {"/api/operator",  Methods::read,             &Impl::is_operators,       ignored,  &Impl::is_operator},
         {"/api/drain",     Methods::post,             &Impl::is_operators,       ignored,  &Impl::drain},
         {"/api/machines",  Methods::post,             &Impl::hears_machines,     ignored,  &Impl::machine_announced},
+        {"/viewer/worlds/list", Methods::post,        everybody,                 ignored,  &Impl::no_folder},
         {"/viewer*",       Methods::read,             everybody,                 ignored,  &Impl::web_file},
         {"/view/*",        Methods::read,             everybody,                 ignored,  &Impl::web_file, any_origin},
         {"/client",        Methods::get,              &Impl::relays,             accepted, &Impl::client_without_upgrade},
@@ -744,6 +747,13 @@ void SessionService::Impl::describe_site()
     about.is_gateway = params.config.gateway;
     about.shows_decisions = params.config.decisions_for_all;
     board.describe(core::about_json(about));
+}
+
+/// Of a request without a body: `respond_to_body` answers the others.
+Answer SessionService::Impl::no_folder(IncomingRequest const&)
+{
+    return for_any_page(
+        core::json_page(core::world_list_error(core::refused(core::Refused::address_without_folder))));
 }
 
 /// The viewer page, the gallery below it, and the modules from which they and pages of other sites are made.
@@ -1000,6 +1010,23 @@ Answer SessionService::respond(IncomingRequest const& request)
     return route_table::respond(Impl::routes(), *impl_, request);
 }
 
+/// The address of a repository or folder, whose worlds are to be listed.
+std::uint64_t SessionService::max_body(IncomingRequest const& request)
+{
+    constexpr std::uint64_t longest_address = 4096;
+    return request.method == "POST" && request.path == "/viewer/worlds/list" ? longest_address : 0;
+}
+
+asio::awaitable<HttpResponse> SessionService::respond_to_body(IncomingRequest const& request)
+{
+    if (!impl_->may_ask(request.quota_key, impl_->clock.now()))
+        co_return for_any_page(
+            core::json_page(core::world_list_error(core::refused(core::Refused::too_many_starts))));
+    auto const client = std::string(request.quota_key.empty() ? std::string_view() : request.client);
+    auto listed = co_await impl_->gallery.look_into(std::string(core::trim(request.body)), client);
+    co_return for_any_page(std::move(listed));
+}
+
 result<ControllerWay> SessionService::way_of_controller(std::uint16_t machine, std::string_view key,
                                                         std::string_view robot)
 {
@@ -1021,6 +1048,7 @@ void SessionService::stopping()
 {
     impl_->classes.stop();
     impl_->relay.stop();
+    impl_->gallery.stop();
 }
 
 /// Not a coroutine itself, as its frame would cost memory for every browser that waits.

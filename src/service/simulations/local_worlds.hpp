@@ -11,6 +11,8 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <functional>
+#include <string_view>
 #include <vector>
 
 namespace webots_cloud {
@@ -30,6 +32,11 @@ public:
     boost::asio::awaitable<result<>> run();
 
     HttpResponse answer(IncomingRequest const& request);
+
+    /// Those in a folder, whether the rules accept them or not.   `parse`: of their addresses.
+    std::vector<ListedWorld>
+    worlds_in(ProjectRef const& folder,
+              std::function<result<ProjectRef>(std::string_view url)> const& parse) const;
 
     /// The rules have changed.
     void refresh() noexcept { page_.expire(); }

@@ -116,6 +116,22 @@ result<ProjectRef> ProjectFetcher::parse(std::string_view url) const
     return parse_world_url(url, impl_->bases());
 }
 
+result<ProjectRef> ProjectFetcher::parse_folder(std::string_view url) const
+{
+    return parse_folder_url(url, impl_->bases());
+}
+
+asio::awaitable<result<std::vector<ListedWorld>>> ProjectFetcher::list_worlds(ProjectRef folder,
+                                                                              FetchLimits limits)
+{
+    auto& source = impl_->source_of(folder);
+    FetchOrder order;
+    order.project = std::move(folder);
+    order.limits = limits;
+    auto listed = co_await source.list_worlds(std::move(order));
+    co_return listed;
+}
+
 /// Of sources that have many, the first of each come first.
 std::vector<std::uint32_t> ProjectFetcher::cached() const
 {

@@ -7,6 +7,7 @@
 #include "async/deadline.hpp"
 #include "async/first_of.hpp"
 #include "core/access/tickets.hpp"
+#include "core/gallery/world_list.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
@@ -17,6 +18,7 @@
 #include "core/text.hpp"
 #include "limit_watch.hpp"
 #include "local_worlds.hpp"
+#include "repository_worlds.hpp"
 #include "service/route_table.hpp"
 #include "service/tell.hpp"
 #include "simulation_session.hpp"
@@ -75,6 +77,7 @@ struct SimulationService::Impl
     Answer client_without_upgrade(IncomingRequest const& request);
     Answer list_worlds(IncomingRequest const& request) { return worlds.answer(request); }
     Answer world_picture(IncomingRequest const& request);
+    Answer no_folder(IncomingRequest const& request);
     bool has_ticket(IncomingRequest const& request) const;
     bool admit(std::uint64_t id, ChannelInfo const& info, core::SimulationRequest const& request,
                Channel& channel);
@@ -102,6 +105,7 @@ struct SimulationService::Impl
     StatusEndpoints status;
     WorldPictures pictures;
     LocalWorlds worlds;
+    RepositoryWorlds repositories{context, worlds};
     Stager stager;
     std::uint64_t last_id = 0;
     std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
@@ -202,6 +206,16 @@ Answer SimulationService::respond(IncomingRequest const& request)
     return route_table::respond(Impl::routes(), *impl_, request);
 }
 
+std::uint64_t SimulationService::max_body(IncomingRequest const& request)
+{
+    return RepositoryWorlds::serves(request) ? RepositoryWorlds::longest_body : 0;
+}
+
+asio::awaitable<HttpResponse> SimulationService::respond_to_body(IncomingRequest const& request)
+{
+    return impl_->repositories.answer(request);
+}
+
 /// All that is not of the StatusEndpoints.
 std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes()
 {
@@ -211,6 +225,7 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
         {"/client",       core::Methods::get,  everybody,                  Upgrade::accepted, &Impl::client_without_upgrade},
         {"/worlds",       core::Methods::read, everybody,                  Upgrade::ignored,  &Impl::list_worlds},
         {"/worlds/picture/*", core::Methods::read, everybody,              Upgrade::ignored,  &Impl::world_picture},
+        {"/worlds/list",  core::Methods::post, everybody,                  Upgrade::ignored,  &Impl::no_folder},
         {"/ticket*",      core::Methods::get,  &Impl::has_ticket,          Upgrade::accepted, &Impl::client_without_upgrade},
         // Without a token nothing is found, whatever the method.
         {"/simulation/*", core::Methods::read, &Impl::leads_to_simulation, Upgrade::ignored,  &Impl::forward},
@@ -241,6 +256,12 @@ Answer SimulationService::Impl::world_picture(IncomingRequest const& request)
 {
     constexpr std::string_view folder = "/worlds/picture/";
     return pictures.answer(request.path.substr(folder.size()), request.header("If-None-Match"));
+}
+
+/// Of a request without a body: `respond_to_body` answers the others.
+Answer SimulationService::Impl::no_folder(IncomingRequest const&)
+{
+    return core::json_page(core::world_list_error(core::refused(core::Refused::address_without_folder)));
 }
 
 bool SimulationService::Impl::has_ticket(IncomingRequest const& request) const
@@ -350,6 +371,7 @@ void SimulationService::stopping()
 void SimulationService::Impl::stop()
 {
     context.state.stop();
+    repositories.stop();
     for (auto const& [id, session] : sessions)
         session->on_server_stop();
 }

@@ -1,16 +1,17 @@
 // The teacher's part of the class page: opens a class, has the project fetched, shows how to come in, and the wall. Touches the DOM.
 
-import { parseAddress, webToSocket } from './view/address.js';
+import { folderIn, parseAddress, webToSocket } from './view/address.js';
 import { Availability, siteText } from './view/availability.js';
 import { TabMemory } from './view/memory.js';
 import { Scene } from './view/scene.js';
 import { say, textLanguage } from './view/texts.js';
+import { worldsOf } from './view/world_lists.js';
 import { ClassSocket } from './class_socket.js';
 import { FetchAhead } from './fetch_ahead.js';
 import { foldOnce, invite, prepareInvitation, showLobby } from './invitation.js';
 import { Look } from './look.js';
 import { answerOf, classSocket, confirmed, defaults, element, explainCode, ownServer, setText, setTrouble, show, showEnd, written } from './page.js';
-import { offerWorlds } from './pick_world.js';
+import { offerWorlds, showPicks } from './pick_world.js';
 import { Wall } from './wall.js';
 
 const WORLDS = 'webots_cloud.worlds'; // that were used on this browser
@@ -93,7 +94,7 @@ export class Teacher {
   #open(event) {
     event.preventDefault();
     this.#problem(() => '');
-    const world = worldIn(element('world'), (says) => this.#problem(says));
+    const world = worldIn(element('world'), element('pick'), (says) => this.#problem(says));
     if (world === null)
       return;
     const message = { password: element('password').value, world, mode: element('mode').value, seats: Number(element('seats').value) };
@@ -330,11 +331,11 @@ export class Teacher {
     if (await answerOf(element('another')) !== 'yes')
       return;
     this.#changesWorld = true;
-    this.#socket?.send({ world: { world: worldIn(element('another-world')), mode: element('another-mode').value } });
+    this.#socket?.send({ world: { world: worldIn(element('another-world'), element('another-pick')), mode: element('another-mode').value } });
   }
 
   #checkWorld(event) {
-    if (event.submitter?.value === 'yes' && worldIn(element('another-world'), (says) => setText('another-problem', says())) === null)
+    if (event.submitter?.value === 'yes' && worldIn(element('another-world'), element('another-pick'), (says) => setText('another-problem', says())) === null)
       event.preventDefault();
   }
 
@@ -423,8 +424,9 @@ export class Teacher {
   }
 }
 
-// What was entered is the address of a world that this server starts; otherwise null, and it is said why.
-function worldIn(field, problem = () => {}) {
+// What was entered is the address of a world that this server starts; otherwise null, and it is said why. The worlds of a repository take the
+// place of the site's.
+function worldIn(field, place, problem = () => {}) {
   try {
     const target = parseAddress(field.value, ownServer);
     if (target.kind === 'session')
@@ -434,7 +436,18 @@ function worldIn(field, problem = () => {}) {
     problem(() => error.message);
   }
   field.focus();
+  const folder = folderIn(field.value);
+  if (folder !== '')
+    listWorlds(folder, field, place, problem);
   return null;
+}
+
+async function listWorlds(folder, field, place, problem) {
+  problem(() => say('gallery.looking', { address: folder }));
+  const { worlds, trouble } = await worldsOf(ownServer, folder);
+  problem(() => trouble || say('class.chooseWorld'));
+  showPicks(place, field, worlds);
+  place.querySelector('button')?.focus();
 }
 
 async function offerModes(field) {

@@ -43,6 +43,22 @@ function parseLink(text, ownServer) {
   throw new Error(say('address.unknown', { address }));
 }
 
+// The address of a repository, or of a folder in one, that stands where a world's is wanted; '' for anything else.
+export function folderIn(text) {
+  const typed = text.trim();
+  const address = withScheme(linksIn(typed).at(-1) ?? typed);
+  let url;
+  try {
+    url = new URL(address);
+  } catch {
+    return '';
+  }
+  const isWeb = url.protocol === 'http:' || url.protocol === 'https:';
+  const names = url.pathname.split('/').filter((name) => name !== '');
+  const isPlace = (isWeb || isFolder(url)) && names.length >= 2 && !asksForWorld(url);
+  return isPlace && !isWorld(url.pathname) && !/\/session(\.php)?$/.test(url.pathname) ? address : '';
+}
+
 // [![name](picture)](link), [name]: link, <a href="link"><img src="picture"></a>, <link>, and ":target: link" of reStructuredText.
 function linksIn(text) {
   const links = text.matchAll(/\]\(\s*<?([^\s<>()]+)|href\s*=\s*["']?([^\s"'<>]+)|^\[[^\]]*\]:\s*<?([^\s<>]+)|^<(\w+:[^\s<>]+)>$|:target:\s*(\S+)/gi);

@@ -5,7 +5,7 @@
 //   data-state         idle | starting | waiting (in line) | paused | running | fast | lost (nothing arrives) | ended (after it ran) | failed (never ran)
 //   data-time          simulated time in milliseconds
 
-import { parseAddress, parseViewAddress, sessionServerOf, webToSocket } from './view/address.js';
+import { folderIn, parseAddress, parseViewAddress, sessionServerOf, webToSocket } from './view/address.js';
 import { Availability, lightText } from './view/availability.js';
 import { Console } from './view/console.js';
 import { fetchAgain } from './view/fetch_again.js';
@@ -246,6 +246,9 @@ function start() {
     target = /^https?:/i.test(field.value.trim()) ? parseViewAddress(field.value, ownServer, location) : parseAddress(field.value, ownServer);
     field.removeAttribute('aria-invalid');
   } catch (error) {
+    const folder = folderIn(field.value);
+    if (folder !== '')
+      return location.assign(new URL(`?${new URLSearchParams({ of: folder })}`, GALLERY));
     field.setAttribute('aria-invalid', 'true');
     element('address').open = true;
     field.focus();

@@ -179,12 +179,33 @@ BOOST_AUTO_TEST_CASE(foreign_pages_open_no_web_socket_and_the_log_names_the_key)
         "to let it in, add \"null\" to \"allowedOrigins\""));
 }
 
+BOOST_AUTO_TEST_CASE(a_proxy_that_leaves_out_its_port_is_named_in_the_log)
+{
+    Fixture fixture(server("sim.example.org"));
+    auto const open = [&](Headers const& headers, bool is_from_proxy) {
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = "/client";
+        request.headers = headers;
+        request.upgrade = true;
+        request.is_from_proxy = is_from_proxy;
+        BOOST_TEST(std::holds_alternative<AcceptWebSocket>(fixture.access.respond(request)));
+        return fixture.log.contains("without its port");
+    };
+    std::pair<std::string_view, std::string_view> const page{"Origin", "https://sim.example.org:8443"};
+    BOOST_TEST(!open({page, {"Host", "sim.example.org"}}, false));
+    BOOST_TEST(!open({page, {"Host", "sim.example.org:8443"}}, true));
+    BOOST_TEST(!open({page, {"Host", "sim.example.org"}, {"X-Forwarded-Port", "8443"}}, true));
+    BOOST_TEST(!open({{"Origin", "https://other.example.org:8443"}, {"Host", "sim.example.org"}}, true));
+    BOOST_TEST(open({page, {"Host", "sim.example.org"}}, true));
+}
+
 BOOST_AUTO_TEST_CASE(bodies_reach_an_endpoint_that_takes_them_unless_they_may_not)
 {
     Fixture fixture(server("localhost"));
     testing::World world;
-    auto const answer = [&](std::string_view host) {
-        Headers const headers{{"Host", host}};
+    auto const answer = [&](std::string_view host, std::string_view origin = "http://localhost:2000") {
+        Headers const headers{{"Host", host}, {"Origin", origin}};
         IncomingRequest request;
         request.method = "POST";
         request.path = "/form";
@@ -194,6 +215,8 @@ BOOST_AUTO_TEST_CASE(bodies_reach_an_endpoint_that_takes_them_unless_they_may_no
     };
     BOOST_TEST(answer("localhost:2000").body == "taken");
     BOOST_TEST(answer("evil.example").status == 421);
+    BOOST_TEST(answer("localhost:2000", "").body == "taken");
+    BOOST_TEST(answer("localhost:2000", "https://evil.example").status == 403);
 }
 
 // Webots' own page, opened from disk, shows this sentence; without it, it would try to connect for ever.

@@ -3,6 +3,7 @@
 #include "async/cancellation.hpp"
 #include "async/deadline.hpp"
 #include "async/first_of.hpp"
+#include "async/interruptible.hpp"
 #include "async/task_count.hpp"
 #include "async/task_group.hpp"
 
@@ -152,6 +153,46 @@ BOOST_AUTO_TEST_CASE(whoever_has_awaited_such_work_can_be_cancelled_as_before_al
         BOOST_TEST((world.clock.now() - began == Duration(7s)));
         BOOST_TEST((ended.error() == errc::timed_out));
     }
+}
+
+namespace {
+
+asio::awaitable<void> run_interruptible(async::Interruptible& operations, Clock& clock,
+                                        std::vector<result<int>>& results)
+{
+    auto ended = co_await operations.run(number_after(clock, 10s, 7));
+    results.push_back(std::move(ended));
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(operations_that_are_interrupted_end_at_once_and_none_begins_any_more)
+{
+    testing::World world;
+    async::Interruptible operations;
+    std::vector<result<int>> results;
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run_interruptible(operations, world.clock, results));
+    tasks.spawn(run_interruptible(operations, world.clock, results));
+    world.settle();
+    BOOST_TEST(operations.size() == 2u);
+    world.advance(10s);
+    BOOST_TEST_REQUIRE(results.size() == 2u);
+    BOOST_TEST(results[0].value() == 7);
+    BOOST_TEST(operations.size() == 0u);
+
+    tasks.spawn(run_interruptible(operations, world.clock, results));
+    world.settle();
+    operations.interrupt();
+    world.settle();
+    BOOST_TEST_REQUIRE(results.size() == 3u);
+    BOOST_TEST((results[2].error().code() == asio::error::operation_aborted));
+    BOOST_TEST(world.clock.pending() == 0u);
+    tasks.spawn(run_interruptible(operations, world.clock, results));
+    world.settle();
+    BOOST_TEST_REQUIRE(results.size() == 4u);
+    BOOST_TEST((results[3].error().code() == asio::error::operation_aborted));
+    world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(the_first_of_several_parts_ends_the_others_and_its_result_counts)

@@ -1,21 +1,26 @@
-// The gallery: the worlds that this site shows, each a link that starts it in the viewer. What there is says list.json.
+// The gallery: the worlds that this site shows, each a link that starts it in the viewer. What there is says list.json; with `?of=` in the address
+// of the page it is the worlds of that repository, or folder of one.
 
-import { sessionServerOf, webToSocket } from '../view/address.js';
+import { folderIn, sessionServerOf, webToSocket } from '../view/address.js';
 import { Availability, lightText } from '../view/availability.js';
 import { worldPicture } from '../view/drawing.js';
 import { fetchAgain } from '../view/fetch_again.js';
 import { loadPageTexts, offerLanguages } from '../view/page_texts.js';
 import { say } from '../view/texts.js';
+import { worldsOf } from '../view/world_lists.js';
 
 await loadPageTexts();
 
 const UPDATE_MS = 10000; // machines that have just been started tell their worlds soon
 
 const page = document.body;
+const folder = new URLSearchParams(location.search).get('of') ?? '';
 let shown = '';
+let sayFolder = () => '';
 const element = (id) => document.getElementById(id);
 const copyOf = (id) => element(id).content.cloneNode(true).firstElementChild;
 const startOf = (url) => `../?${new URLSearchParams({ url, start: '' })}`;
+const listOf = (address) => `./?${new URLSearchParams({ of: address })}`;
 
 function sayLight() {
   const text = lightText(page.dataset.site, 'room' in page.dataset);
@@ -69,22 +74,51 @@ async function update() {
   show(worlds ?? []);
 }
 
+function tell(says) {
+  sayFolder = says;
+  element('folder-text').textContent = says();
+}
+
+// In place of the site's own worlds.
+async function look(server) {
+  element('lead').hidden = true;
+  element('folder').hidden = false;
+  element('address').value = folder;
+  tell(() => say('gallery.looking', { address: folder }));
+  page.dataset.looking = '';
+  const { worlds, trouble } = await worldsOf(server, folder);
+  tell(() => (trouble === '' ? say('gallery.worldsOf', { address: folder }) : ''));
+  element('trouble').textContent = trouble;
+  element('trouble').hidden = trouble === '';
+  show(worlds);
+  element('nothing').hidden = true;
+  delete page.dataset.looking;
+}
+
 const ownServer = sessionServerOf(new URL('../..', location.href));
 new Availability((value, state) => {
   page.dataset.availability = value;
   page.dataset.site = state;
   sayLight();
 }).follow(webToSocket(ownServer));
-offerLanguages(element('language'), sayLight);
+offerLanguages(element('language'), () => {
+  sayLight();
+  tell(sayFolder);
+});
 element('other').addEventListener('submit', (event) => {
   event.preventDefault();
   const url = element('address').value.trim();
+  const place = folderIn(url);
   if (url !== '')
-    location.assign(startOf(url));
+    location.assign(place === '' ? startOf(url) : listOf(place));
 });
 asked('../defaults.json').then(({ waiting }) => {
   page.toggleAttribute('data-room', waiting === true);
   sayLight();
 });
-await update();
-setInterval(() => document.hidden || update(), UPDATE_MS);
+if (folder !== '') {
+  await look(ownServer);
+} else {
+  await update();
+  setInterval(() => document.hidden || update(), UPDATE_MS);
+}

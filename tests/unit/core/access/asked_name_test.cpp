@@ -115,6 +115,18 @@ BOOST_AUTO_TEST_CASE(path_and_scheme_are_believed_of_a_trusted_proxy_alone)
                 asked("")));
 }
 
+BOOST_AUTO_TEST_CASE(a_port_that_a_proxy_has_left_out_is_seen_by_the_page)
+{
+    BOOST_TEST(port_left_out("https://sim.org:8443", "sim.org") == "8443");
+    BOOST_TEST(port_left_out("https://Sim.org:8443", "sim.ORG") == "8443");
+    BOOST_TEST(port_left_out("http://[::1]:8080", "[::1]") == "8080");
+    for (auto const* other : {"https://sim.org", "https://sim.org:", "https://sim.org.evil:8443",
+                              "https://evil:8443", "null", "", "sim.org:8443"})
+        BOOST_TEST(port_left_out(other, "sim.org").empty(), other);
+    BOOST_TEST(port_left_out("https://sim.org:8443", "sim.org:8443").empty());
+    BOOST_TEST(port_left_out("https://:8443", "").empty());
+}
+
 BOOST_AUTO_TEST_CASE(a_server_below_a_path_is_told_with_it)
 {
     struct Row

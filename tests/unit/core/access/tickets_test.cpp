@@ -112,6 +112,7 @@ BOOST_AUTO_TEST_CASE(used_tickets_are_remembered_until_they_expire_and_no_more_t
 BOOST_AUTO_TEST_CASE(the_ticket_stands_in_the_path_of_client)
 {
     BOOST_TEST(core::ticket_in("/ticket/abc/client") == "abc");
+    BOOST_TEST(core::ticket_in("/ticket/abc/worlds/list") == "abc");
     for (auto const* other : {"/client", "/ticket//client", "/ticket/client", "/ticket/a/b/client",
                               "/ticket/a/load", "/ticket/a", "/tickets/a/client"})
         BOOST_TEST(core::ticket_in(other) == "", other);

@@ -1,6 +1,7 @@
 #include "unit_test.hpp"
 
 #include "core/gallery/world_list.hpp"
+#include "core/refusals.hpp"
 #include "core/text.hpp"
 
 using namespace webots_cloud;
@@ -93,6 +94,22 @@ BOOST_AUTO_TEST_CASE(what_a_machine_writes_is_read_again)
         R"({"worlds":[{"url":"local:/demo/patrol/blob/main/worlds/patrol.wbt","title":"A robot on patrol"}]})");
     auto const read = core::parse_world_list(core::world_list_json(found));
     BOOST_TEST((read == found));
+}
+
+BOOST_AUTO_TEST_CASE(why_there_is_no_list_is_read_again_and_only_texts_of_it)
+{
+    auto const why = core::refused(core::Refused::no_repository, {{"name", "o/r"}});
+    auto const text = core::world_list_error(why);
+    BOOST_TEST(
+        text ==
+        R"({"error":"Repository o/r does not exist or is private.","code":"no-repository","values":{"name":"o/r"}})");
+    BOOST_TEST(core::parse_world_list_error(text).value() == text);
+    BOOST_TEST(core::world_list_error(Failure(errc::unavailable, "A sentence.")) ==
+               R"({"error":"A sentence."})");
+    for (auto const* no_error : {"", "[]", "{}", R"({"worlds":[]})", R"({"error":""})", R"({"error":1})"})
+        BOOST_TEST(!core::parse_world_list_error(no_error), no_error);
+    BOOST_TEST(core::parse_world_list_error(R"({"error":"a\u001b[2J","code":[],"values":{"a":{},"b":"c"}})")
+                   .value() == R"({"error":"a\\x1b[2J","values":{"b":"c"}})");
 }
 
 BOOST_AUTO_TEST_CASE(of_a_machine_only_what_can_be_a_world_is_believed)

@@ -89,6 +89,7 @@ struct Words
         }
         return "fetch files above";
     }
+    std::string operator()(ReadWorlds const&) const { return "read worlds"; }
     std::string operator()(Unpack const&) const { return "unpack"; }
     std::string operator()(FindLargeFiles const&) const { return "find large files"; }
     std::string operator()(FetchLargeFiles const&) const { return "fetch large files"; }
@@ -133,10 +134,10 @@ struct Row
     std::vector<Stop> stops;
 };
 
-void check(std::vector<Row> const& rows)
+void check(std::vector<Row> const& rows, GitPurpose purpose = GitPurpose::folder)
 {
     for (auto const& row : rows) {
-        GitFetchPlan plan(project(row.beginning.address));
+        GitFetchPlan plan(project(row.beginning.address), purpose);
         auto action = plan.start(row.beginning.facts);
         BOOST_TEST(words(action) == row.beginning.first, row.name << ": begins with " << words(action));
         std::size_t number = 0;
@@ -420,6 +421,67 @@ BOOST_AUTO_TEST_CASE(a_download_fetches_no_more_than_is_needed)
                         {PackReceived(), "lay out"},
                         {laid_out(), "unpack"}})},
     });
+}
+
+BOOST_AUTO_TEST_CASE(worlds_are_listed_without_the_files_of_a_project_and_nothing_is_kept)
+{
+    auto const begun = [](std::vector<Stop> stops) {
+        stops.insert(stops.begin(), {{refs(), "wait"},
+                                     {Turn(), "begin v2"},
+                                     {Begun(), "fetch commit without files"},
+                                     {PackReceived(), "lay out"}});
+        return stops;
+    };
+    check(
+        {
+            {"of a whole repository", of_main,
+             begun({{laid_out(), "fetch files"}, {PackReceived(), "read worlds"}, {Done(), "done"}})},
+            {"a server that sends no single files", of_folder,
+             begun({{laid_out(), "fetch files"},
+                    {problem(GitProblem::object_not_advertised), "read worlds"},
+                    {Done(), "done"}})},
+            {"worlds too large to be read", of_main,
+             begun({{laid_out(), "fetch files"},
+                    {sentence(errc::too_large), "read worlds"},
+                    {Done(), "done"}})},
+            {"a folder that is not there", of_folder,
+             begun({{problem(GitProblem::no_such_folder), no_repository}})},
+            {"an old server",
+             Beginning{"main", known(false, true, false), "list refs old"},
+             {{refs(), "wait"},
+              {Turn{offer(false, true, false)}, "begin old unfiltered"},
+              {Begun(), "fetch commit"},
+              {PackReceived(), "lay out"},
+              {laid_out(), "read worlds"}}},
+            {"a server that can't be asked", of_main, {{problem(GitProblem::unreachable), unreachable}}},
+            {"a commit that no branch points to",
+             of_commit,
+             {{CacheMiss(), "list refs all"},
+              {other_refs(), "wait"},
+              {Turn(), "begin v2"},
+              {Begun(), "fetch commit without files"},
+              {PackReceived(), "lay out"},
+              {laid_out(), "fetch history and files"},
+              {PackReceived(), "search history"},
+              {NotInHistory(), on_no_branch}}},
+        },
+        GitPurpose::worlds);
+}
+
+BOOST_AUTO_TEST_CASE(the_ref_of_a_list_is_the_default_branch_where_none_is_named)
+{
+    RefsReceived received;
+    received.refs = {
+        {"HEAD", id(1), "refs/heads/team/main"}, {"refs/heads/team/main", id(1)}, {"refs/heads/dev", id(2)}};
+    for (auto const& [address, ref] : {std::pair("HEAD", "team/main"),
+                                       {"HEAD/a/b", "team/main"},
+                                       {"dev/a", "dev"},
+                                       {"team/main", "team/main"}}) {
+        GitFetchPlan plan(project(address), GitPurpose::worlds);
+        (void)plan.start(nothing);
+        (void)plan.next(received);
+        BOOST_TEST(plan.ref() == ref, address);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(whose_a_commit_is_is_known_before_its_files_travel)

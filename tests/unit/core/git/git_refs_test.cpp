@@ -136,6 +136,18 @@ BOOST_AUTO_TEST_CASE(an_annotated_tag_means_the_commit_that_it_points_to)
     BOOST_TEST((parsed->id == id('b')));
 }
 
+BOOST_AUTO_TEST_CASE(the_default_branch_is_the_one_that_the_head_stands_for)
+{
+    auto const head = [](std::string const& rest) {
+        return core::default_branch({core::parse_ref_line(std::string(40, '1') + " HEAD" + rest).value()});
+    };
+    BOOST_TEST(head(" symref-target:refs/heads/team/main") == "team/main");
+    for (auto const* unknown :
+         {"", " symref-target:", " symref-target:refs/heads/", " symref-target:refs/tags/v1"})
+        BOOST_TEST(head(unknown) == "HEAD", unknown);
+    BOOST_TEST(core::default_branch({}) == "HEAD");
+}
+
 BOOST_AUTO_TEST_CASE(lines_that_are_no_refs_are_errors)
 {
     for (auto const& line :

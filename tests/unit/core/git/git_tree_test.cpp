@@ -7,7 +7,6 @@
 #include "core/git/git_tree.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
-#include "core/safe_names.hpp"
 
 #include <map>
 #include <string>

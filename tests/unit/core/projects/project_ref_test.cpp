@@ -351,4 +351,50 @@ BOOST_AUTO_TEST_CASE(endless_urls_are_refused)
     BOOST_TEST(refusal_of(url) == "Wrong Webots simulation URL: longer than 2048 characters");
 }
 
+BOOST_AUTO_TEST_CASE(a_repository_and_its_folders_are_named_by_the_pages_of_all_forges)
+{
+    std::vector<ForgeAddress> const known{"https://github.com",      "https://gitlab.com",
+                                          "https://codeberg.org",    "https://bitbucket.org",
+                                          "https://git.example.org", "local:"};
+    struct Row
+    {
+        char const* url;
+        char const* names;
+        char const* ref_and_folder;
+    };
+    for (auto const& [url, names, ref_and_folder] :
+         std::vector<Row>{{"https://github.com/o/r", "o/r", "HEAD"},
+                          {"https://github.com/o/r/", "o/r", "HEAD"},
+                          {"https://github.com/o/r.git", "o/r", "HEAD"},
+                          {"https://github.com/o/r?tab=readme-ov-file#robots", "o/r", "HEAD"},
+                          {"https://github.com/o/r/tree/main", "o/r", "main"},
+                          {"https://github.com/o/r/tree/main/", "o/r", "main"},
+                          {"https://github.com/o/r/tree/feature/x/my%20worlds", "o/r", "feature/x/my worlds"},
+                          {"https://github.com/o/r/blob/main/a/README.md", "o/r", "main/a"},
+                          {"https://github.com/o/r/blob/main/README.md", "o/r", "main"},
+                          {"https://gitlab.com/group/sub/r", "group/sub/r", "HEAD"},
+                          {"https://gitlab.com/group/sub/r/-/tree/main/worlds?ref_type=heads", "group/sub/r",
+                           "main/worlds"},
+                          {"https://codeberg.org/o/r/src/branch/main/worlds", "o/r", "main/worlds"},
+                          {"https://codeberg.org/o/r/src/tag/v1", "o/r", "refs/tags/v1"},
+                          {"https://bitbucket.org/o/r/src/main/worlds/", "o/r", "main/worlds"},
+                          {"https://git.example.org/group/sub/r", "group/sub/r", "HEAD"},
+                          {"https://git.example.org/o/r/src/branch/main/a", "o/r", "main/a"},
+                          {"local:/school/week_1", "school/week_1", "HEAD"}}) {
+        auto const project = parse_folder_url(url, known);
+        BOOST_TEST_REQUIRE(project.has_value(), url);
+        BOOST_TEST(project->owner + "/" + project->repository == names, url);
+        BOOST_TEST(project->ref_and_folder == ref_and_folder, url);
+        BOOST_TEST(project->world.empty(), url);
+    }
+    for (auto const* other : {"https://github.com/o", "https://github.com/o/r/issues", "https://github.com/",
+                              "https://evil.example/o/r", "https://github.com/o/../tree/main",
+                              "https://github.com/o/r/tree/main/a%5Cb", "https://github.com/o/r/tree/%zz"})
+        BOOST_TEST(parse_folder_url(other, known).has_error(), other);
+    BOOST_TEST(
+        parse_folder_url("https://github.com/o/r/issues", known).error().message() ==
+        "This address leads to no repository, and to no folder of one. Copy it from the page that lists the "
+        "files.");
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -578,7 +578,8 @@ struct LaterHttp final : HttpClient
 /// Whose gallery asks machines, by the same script as polls.
 struct GalleryFixture
 {
-    GalleryFixture() : fixture(params(), hooks())
+    explicit GalleryFixture(SessionServiceHooks others = SessionServiceHooks())
+        : fixture(params(), hooks(std::move(others)))
     {
         later.to = &fixture.http;
         fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
@@ -592,11 +593,30 @@ struct GalleryFixture
         return params;
     }
 
-    SessionServiceHooks hooks()
+    SessionServiceHooks hooks(SessionServiceHooks hooks)
     {
-        SessionServiceHooks hooks;
         hooks.http = &later;
         return hooks;
+    }
+
+    static SessionServiceHooks with_tickets()
+    {
+        SessionServiceHooks hooks;
+        hooks.make_ticket = [](std::string_view server) { return "for-" + std::string(server); };
+        return hooks;
+    }
+
+    /// What a page is answered that asks for the worlds of this address.
+    std::string list(std::string_view address)
+    {
+        IncomingRequest request;
+        request.method = "POST";
+        request.path = "/viewer/worlds/list";
+        request.client = "203.0.113.7";
+        request.quota_key = fixture.client;
+        request.body = address;
+        BOOST_TEST(fixture.service.max_body(request) == 4096u);
+        return fixture.world.run(fixture.service.respond_to_body(request)).body;
     }
 
     /// As the list says them.
@@ -669,6 +689,67 @@ BOOST_AUTO_TEST_CASE(pictures_of_its_worlds_are_fetched_once_and_no_others)
     BOOST_TEST(fixture.get("/viewer/worlds/picture/0123456789abcdef").status == 404);
     fixture.world.advance(100s);
     BOOST_TEST(fixture.polls_of("http://a:2000/worlds/picture/" + key) == 2u);
+}
+
+BOOST_AUTO_TEST_CASE(the_worlds_of_a_pasted_address_are_those_that_a_machine_finds)
+{
+    GalleryFixture gallery;
+    auto& fixture = gallery.fixture;
+    fixture.client = "203.0.113.7";
+    for (auto const* machine : {"a", "b"})
+        fixture.http.expect(std::string("GET http://") + machine + ":2000/worlds").reply(404, "").always();
+    fixture.http.expect("POST http://b:2000/worlds/list").reply(404, "<html>"); // an old server
+    fixture.http.expect("POST http://a:2000/worlds/list").reply(200, list_of("one"));
+    BOOST_TEST(gallery.list("https://github.com/o/r").find(R"("code":"no-machine")") != std::string::npos);
+    fixture.start({"a:2000", "b:2000"});
+    fixture.world.advance(10s);
+    BOOST_TEST(gallery.list(" https://github.com/o/r\n") == list_of("one"));
+    auto const& asked = fixture.http.requests().back();
+    BOOST_TEST(asked.body == "https://github.com/o/r");
+    bool const names_client =
+        std::ranges::find(asked.headers, std::pair<std::string, std::string>(
+                                             "X-Forwarded-For", "203.0.113.7")) != asked.headers.end();
+    BOOST_TEST(names_client);
+
+    std::string const not_there = R"({"error":"Repository o/x does not exist.","code":"no-repository"})";
+    fixture.http.expect("POST http://a:2000/worlds/list").reply(200, not_there);
+    BOOST_TEST(gallery.list("https://github.com/o/x") == not_there, "no other machine is asked");
+    std::string const busy = R"({"error":"Too many.","code":"busy-lists"})";
+    fixture.http.expect("POST http://b:2000/worlds/list").reply(503, busy);
+    fixture.http.expect("POST http://a:2000/worlds/list").fail(Failure(errc::timed_out));
+    BOOST_TEST(gallery.list("https://github.com/o/y") == busy);
+}
+
+BOOST_AUTO_TEST_CASE(machines_that_want_tickets_are_asked_with_one)
+{
+    auto hooks = GalleryFixture::with_tickets();
+    GalleryFixture gallery(hooks);
+    auto& fixture = gallery.fixture;
+    fixture.http.expect("GET http://a:2000/worlds").reply(404, "").always();
+    fixture.http.expect("POST http://a:2000/ticket/for-a:2000/worlds/list").reply(200, list_of("one"));
+    fixture.start({"a:2000"});
+    fixture.world.advance(10s);
+    BOOST_TEST(gallery.list("https://github.com/o/r") == list_of("one"));
+}
+
+BOOST_AUTO_TEST_CASE(a_list_is_not_waited_for_by_a_server_that_stops_nor_asked_for_too_often)
+{
+    GalleryFixture gallery;
+    auto& fixture = gallery.fixture;
+    fixture.client = "203.0.113.7";
+    fixture.http.expect("GET http://a:2000/worlds").reply(404, "").always();
+    fixture.http.expect("POST http://a:2000/worlds/list").hang().always();
+    fixture.start({"a:2000"});
+    fixture.world.advance(10s);
+    for (int i = 0; i < 200; ++i)
+        fixture.get("/session");
+    BOOST_TEST(gallery.list("https://github.com/o/r").find(R"("code":"too-fast")") != std::string::npos);
+    fixture.world.advance(10s);
+    auto const began = fixture.world.clock.now();
+    BOOST_TEST(gallery.list("https://github.com/o/r").find(R"("code":"no-machine")") != std::string::npos);
+    BOOST_TEST((fixture.world.clock.now() - began == 25s));
+    fixture.service.stopping();
+    BOOST_TEST(gallery.list("https://github.com/o/r").find(R"("code":"server-stops")") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(not_all_machines_of_a_large_site_are_asked_for_worlds)
