@@ -77,7 +77,7 @@ test('who waits reads why, without a click', async (t) => {
   const second = await person(t);
   await start(second);
   await state(second.page, 'waiting');
-  console.log(await second.page.locator('#report').innerText());
+  assert.match(await second.page.textContent('#status'), /^You are next\. Every seat is taken\./);
   assert.deepEqual(second.counts(), { clicks: 1, fields: 0 });
   await second.page.close();
   await end(first);

@@ -316,7 +316,7 @@ test('where the session server keeps a line, it waits there as a student of the 
   await cloud.set('place', [3, 60, 240]);
   const page = await join(t, PHONE);
   await state(page, 'waiting');
-  await says(page, '#place', 'You are number 4 in line. About 1 to 4 minutes.');
+  await says(page, '#place', 'You are number 4 in line. Every seat is taken. About 1 to 4 minutes.');
   await says(page, '#place-said', 'You are number 4 in line.');
   await waitForSaid('state', (each) => each.state === 'waiting');
   const { start } = JSON.parse((await cloud.get('started'))[0]);

@@ -509,15 +509,15 @@ test('a start waits in the line of the session server, and starts by itself when
   await waitInLine('3 - -');
   assert.equal(sockets[0].url, 'ws://s/client');
   assert.deepEqual(opening(sockets[0]), { start: WAITING });
-  assert.deepEqual(told(), { text: 'You are number 4 in line. There is no estimate of the wait yet.', percent: null, ahead: 3, least: null, most: null, why: '', wantsRoom: false });
+  assert.deepEqual(told(), { text: 'You are number 4 in line. Every seat is taken. There is no estimate of the wait yet.', percent: null, ahead: 3, least: null, most: null, why: '', wantsRoom: false });
   server.move('3 60 240');
-  assert.deepEqual(told(), { text: 'You are number 4 in line. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240, why: '', wantsRoom: false });
+  assert.deepEqual(told(), { text: 'You are number 4 in line. Every seat is taken. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240, why: '', wantsRoom: false });
   server.move('3 0 90 room');
   assert.equal(told().text, 'You are number 4 in line. There are free seats, but the machines are too busy for this world. Up to about 2 minutes.');
   server.lease.says('queue:3'); // for others
   assert.equal(told().ahead, 3);
   server.move('0 - -');
-  assert.equal(told().text, 'You are next.');
+  assert.equal(told().text, 'You are next. Every seat is taken.');
   await pass(60000);
   assert.equal(sockets.length, 1, 'the connection is not given up');
   server.takeTurn();
@@ -533,7 +533,7 @@ test('an estimate is said as people say it, and is never narrower than what the 
   await waitInLine();
   const texts = {
     '1 0 20': 'Up to about 20 seconds.', '1 15 60': 'About 15 to 60 seconds.', '1 30 90': 'Up to about 2 minutes.', '1 90 150': 'About 1 to 3 minutes.',
-    '1 300 300': 'About 5 minutes.', '1 600 7200': 'This may take more than an hour.', '0 60 240': 'You are next. About 1 to 4 minutes.'
+    '1 300 300': 'About 5 minutes.', '1 600 7200': 'This may take more than an hour.', '0 60 240': 'You are next. Every seat is taken. About 1 to 4 minutes.'
   };
   for (const [place, text] of Object.entries(texts)) {
     server.move(place);

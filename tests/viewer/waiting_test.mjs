@@ -36,7 +36,7 @@ test('where one may wait, the lamp says so, and a start waits', async (t) => {
   await lamp(page, 'Every seat is taken. You can wait in line.');
   assert.ok(await page.isEnabled('#start'));
   await page.click('#start');
-  await status(page, 'You are number 4 in line. There is no estimate of the wait yet.');
+  await status(page, 'You are number 4 in line. Every seat is taken. There is no estimate of the wait yet.');
   assert.equal((await starts())[0].start.waiting, true);
   assert.equal(await page.isVisible('#status.problem'), false);
 });
@@ -95,7 +95,7 @@ test('place and estimate are told, and the simulation starts by itself', async (
   assert.equal(await page.textContent('#start'), 'Leave the line');
   assert.equal(await page.textContent('#no-picture'), 'The simulation starts by itself when it is your turn. You can look at other tabs meanwhile.');
   await cloud.call('move', 1, 60, 240);
-  await status(page, 'You are number 2 in line. About 1 to 4 minutes.');
+  await status(page, 'You are number 2 in line. Every seat is taken. About 1 to 4 minutes.');
   await cloud.call('move', 0);
   await status(page, 'You are next.');
   await title(page, `Next in line – ${TITLE}`);
@@ -117,7 +117,7 @@ test('a screen reader hears the place at once, and what follows ten seconds late
     const { textContent } = document.getElementById('place-said');
     return textContent.startsWith('You are number 4') ? false : textContent;
   });
-  assert.equal(await said.jsonValue(), 'You are next.');
+  assert.equal(await said.jsonValue(), 'You are next. Every seat is taken.');
   assert.ok(Date.now() - begin > 8000, `${Date.now() - begin} ms`);
   await cloud.call('take_turn');
   await state(page, 'running');

@@ -330,11 +330,11 @@ export class Student {
 
   // In the line the place tells the reason, unless it is a seat. Elsewhere the site does, unless there is room for others.
   get #waitingText() {
-    if (this.#place === null && ['free', 'unknown'].includes(this.#site))
+    if (this.#place !== null)
+      return ''; // which is said with the place
+    if (['free', 'unknown'].includes(this.#site))
       return this.#refusal === 'none' ? siteText('none') : this.#refusal;
-    if (this.#place === null)
-      return siteText(this.#site);
-    return this.#place.why === '' ? siteText('full') : '';
+    return siteText(this.#site);
   }
 
   #hurry() {

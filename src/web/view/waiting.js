@@ -18,6 +18,7 @@ export function placeText(place) {
 
 function reasonText(why) {
   switch (why) {
+    case '': return siteText('full');
     case 'room': return say('waiting.room');
     case 'suitable': return say('waiting.suitable');
     case 'busy': case 'draining': return siteText(why);
