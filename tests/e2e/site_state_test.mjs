@@ -113,7 +113,7 @@ test('a class: full while its seat is reserved, and its own pages give the true 
   await assertSite(watchers, 'full');
 
   const grace = await come(t, link, 'Grace');
-  await says(grace, '#waiting-why', SENTENCES.full);
+  await says(grace, '#place', SENTENCES.full);
   await says(teacher, '#reserved', SENTENCES.full);
   await ada.click('#leave');
   await state(grace, 'running');

@@ -324,7 +324,6 @@ test('where the session server keeps a line, it waits there as a student of the 
   assert.match(await page.title(), /^No\. 4 in line – /);
   assert.equal(await page.isVisible('#simulation'), false);
   await clean(page, 'in line');
-  await says(page, '#waiting-why', 'Every seat is taken.');
   await waitForSaid('state', (each) => each.why === 'full' && each.ahead === 3);
   await cloud.call('move', 2, '-', '- busy'); // then that would not be true
   await says(page, '#place', 'You are number 3 in line. The machines are busy: a start may have to wait.');
