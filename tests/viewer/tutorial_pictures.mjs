@@ -37,7 +37,7 @@ test('a simulation, and the monitor while it runs', async (t) => {
 
   const monitor = await openPage(t, VIEW);
   await monitor.goto(`${SITE}/monitor`);
-  await monitor.waitForFunction(() => document.body.textContent.includes('localhost:2000'));
+  await monitor.waitForFunction(() => /\b99\b/.test(document.querySelector('main').textContent)); // the machine has told of it
   await saveDocumentPicture(monitor, 'tutorial-monitor');
 });
 
@@ -59,7 +59,30 @@ test('a class', async (t) => {
     await student.waitForSelector('#simulation [data-live]');
   }
   await teacher.waitForFunction((count) => document.querySelectorAll('#wall [data-pictured]').length === count, NAMES.length);
-  await teacher.waitForFunction((running) => document.getElementById('summary').textContent.includes(running), `${NAMES.length} × Running`);
+  await teacher.waitForFunction((running) => document.getElementById('summary').textContent.includes(running), `${NAMES.length} running`);
   await saveDocumentPicture(teacher.locator('#wall-part'), 'tutorial-class');
   await teacher.click('#close-class');
+});
+
+test('a program that does what its lesson asks for', async (t) => {
+  const page = await openPage(t, { viewport: { width: 1280, height: 720 } });
+  await page.goto(SITE);
+  await page.locator('.world[href*="lesson_1"]').click();
+  await page.waitForSelector('#picture[data-live]');
+  await page.click('#show-code');
+  await page.waitForSelector('#programs .cm-line');
+  for (const wheel of ['left', 'right']) {
+    await page.locator('#programs .cm-line', { hasText: `${wheel}.setVelocity(0)` }).click();
+    await page.keyboard.press('End');
+    await page.keyboard.press('Backspace');
+    await page.keyboard.press('Backspace');
+    await page.keyboard.type('10)');
+    await page.keyboard.press('Home');
+  }
+  await page.keyboard.press('Control+s');
+  await page.waitForFunction(() => document.getElementById('console').textContent.includes('You did it'));
+  await page.click('#show-console'); // the picture is larger without it
+  if (await page.isVisible('#output'))
+    await page.click('#show-console');
+  await saveDocumentPicture(page, 'program');
 });
