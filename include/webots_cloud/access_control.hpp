@@ -79,6 +79,7 @@ public:
     boost::asio::awaitable<HttpResponse> respond_to_body(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;
+    void dress(HttpResponse& refusal, IncomingRequest const& request) override;
 
 private:
     struct Impl;

@@ -28,6 +28,10 @@ public:
         return behind_.serve_websocket(std::move(info), channel);
     }
     void stopping() override { behind_.stopping(); }
+    void dress(HttpResponse& refusal, IncomingRequest const& request) override
+    {
+        behind_.dress(refusal, request);
+    }
 
 protected:
     explicit EndpointInFront(Endpoint& behind) : behind_(behind) {}

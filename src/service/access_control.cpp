@@ -411,4 +411,9 @@ void AccessControl::stopping()
     impl_->endpoint.stopping();
 }
 
+void AccessControl::dress(HttpResponse& refusal, IncomingRequest const& request)
+{
+    dress_for_people(refusal, request);
+}
+
 } // namespace webots_cloud

@@ -57,7 +57,7 @@ void dress_for_people(HttpResponse& response, IncomingRequest const& request)
     // Tornado's pages say nothing but the status.
     bool const is_bare = response.body.empty() || response.body.starts_with("<html>");
     std::string_view const sentence =
-        !is_bare                 ? std::string_view(response.body)
+        !is_bare                 ? core::trim(response.body)
         : response.status == 404 ? "There is nothing at this address. Please check it: perhaps the link is "
                                    "old, or a part of it is missing."
                                  : "This address can't be used in this way. Please check the link.";

@@ -213,6 +213,8 @@ class NothingElse(Site):
         status, body = self.fetch(f"/{self.simulation.port}/load")
         self.assertEqual(status, 502)
         self.assertRegex(body.strip(), r"^[A-Z].* .*\.$")
+        page = self.fetch(f"/{self.simulation.port}/monitor", Accept="text/html")[1]
+        self.assertIn(f"<h1>{body.strip()}</h1>", page, "people see it in a page of ours")
         wait_until(lambda: self.fetch("/session")[1] == "Error: no simulation server available at the moment.", "no browser is sent there")
         self.simulation.start()
         wait_until(lambda: self.fetch(f"/{self.simulation.port}/load")[0] == 200, "it is reached again")

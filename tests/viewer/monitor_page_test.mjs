@@ -30,7 +30,7 @@ for (const [monitor, states] of [[session, SESSION], [simulation, SIMULATION]]) 
       const page = await open(t, monitor, snapshot);
       for (const [width, height] of SIZES) {
         await page.setViewportSize({ width, height });
-        for (const span of ['day', 'minutes']) {
+        for (const span of name === 'none' ? [] : ['day', 'minutes']) {
           await page.click(`[data-span="${span}"]`);
           const overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
           assert.ok(overflow <= 0, `${overflow} px too wide at ${width}`);
@@ -88,7 +88,8 @@ test('machines that know no seats are counted themselves', async (t) => {
 test('a site without machines says where they are written', async (t) => {
   const page = await open(t, session, SESSION.none);
   assert.match(await text(page, 'main'), /Add one to "simulationServers"/);
-  assert.equal(await page.isVisible('#servers'), false);
+  assert.equal(await text(page, '#free'), '0 machines');
+  assert.equal(await page.isVisible('#servers, #history'), false);
 });
 
 test('many machines are three lines of a chart, and a line each in the table', async (t) => {

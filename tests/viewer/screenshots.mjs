@@ -2,7 +2,7 @@
 //
 //   tests/support/run_page_test.sh tests/viewer/screenshots.mjs
 //
-// With FOLDER=build/screenshots in the environment: pictures of the gallery, of every state of the viewer, the monitors and the website of the example,
+// With FOLDER=build/screenshots in the environment: pictures of the gallery, of every state of the viewer and the monitors, of a refusal and the website of the example,
 // to be looked at: in several sizes, light and dark, in two languages. Needs the release build; the picture
 // of README also the package pngquant. (Those of a class: class_screenshots.mjs. Those of the tutorial: tutorial_pictures.mjs.)
 
@@ -17,6 +17,8 @@ import { fileURLToPath } from 'node:url';
 import { startDemoSimulator } from './demo_simulator.mjs';
 import { saveDocumentPicture } from './document_picture.mjs';
 import { FakeCloud } from './fake_cloud.mjs';
+import { startFakeMonitor } from './fake_monitor.mjs';
+import { DECISIONS, SESSION, SIMULATION } from './monitor_states.mjs';
 import { openBrowser, openPage, until } from './page.mjs';
 
 const { FOLDER } = process.env;
@@ -32,6 +34,7 @@ const SHOWN_MS = 2000; // simulated time that passes before the picture is taken
 const browser = await openBrowser({ args: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'] });
 const cloud = new FakeCloud();
 after(() => cloud.close());
+const monitors = { session: await startFakeMonitor('session'), simulation: await startFakeMonitor('simulation') };
 
 const state = (page, name) => page.waitForSelector(`body[data-state="${name}"]`);
 const simulate = (page, milliseconds = SHOWN_MS) => page.waitForFunction((time) => Number(document.body.dataset.time) > time, milliseconds);
@@ -251,6 +254,32 @@ if (FOLDER === undefined) {
       });
     }
   }
+  for (const [kind, states] of Object.entries({ session: SESSION, simulation: SIMULATION })) {
+    const monitor = monitors[kind];
+    monitor.decisions = DECISIONS;
+    for (const [size, options] of Object.entries(SIZES)) {
+      for (const [look, language] of Object.entries(LOOKS)) {
+        test(`monitor of a ${kind} server ${size} ${look}`, async (t) => {
+          for (const [name, snapshot] of Object.entries(states)) {
+            monitor.snapshot = { ...snapshot, now: Date.now() / 1000 };
+            const page = await openPage(t, browser, { ...options, ...language });
+            await page.goto(monitor.url);
+            await page.waitForSelector('#connection:not([hidden])');
+            await shoot(page, size, look, `monitor-${kind}-${name}`, { fullPage: true });
+            if (['five', 'running'].includes(name)) {
+              await page.click('[data-span="day"]');
+              await page.click('#operator');
+              await page.waitForSelector('td.action');
+              await shoot(page, size, look, `monitor-${kind}-operator`, { fullPage: true });
+              await page.click('td.action button');
+              await shoot(page, size, look, `monitor-${kind}-question`);
+            }
+            await page.context().close();
+          }
+        });
+      }
+    }
+  }
   let site = null;
   for (const size of ['wide', 'upright', 'on-its-side']) {
     for (const [look, language] of Object.entries(LOOKS)) {
@@ -277,6 +306,10 @@ if (FOLDER === undefined) {
           await shoot(monitor, size, look, `monitor-${name}`, { fullPage: true });
           await monitor.context().close();
         }
+        const refusal = await openPage(t, browser, options);
+        await refusal.goto(`${site.session}/nothing`);
+        await shoot(refusal, size, look, 'refusal');
+        await refusal.context().close();
         await viewer.context().close();
         const website = await openPage(t, browser, options);
         await website.goto(site.website);

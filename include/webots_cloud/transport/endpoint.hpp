@@ -208,6 +208,10 @@ public:
 
     /// The adapter is about to close all channels: last messages can be sent now.
     virtual void stopping() {}
+
+    /// The adapter itself refuses a request, since the server to which it was to be passed on does not
+    /// answer, say: this may write another page around the sentence. Status and headers stay.
+    virtual void dress(HttpResponse& /*refusal*/, IncomingRequest const& /*request*/) {}
 };
 
 } // namespace webots_cloud

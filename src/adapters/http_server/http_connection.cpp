@@ -300,7 +300,9 @@ bool HttpConnection::admit_client()
 /// There are too many connections: of this client (429), or of all (503).
 HttpConnection::Next HttpConnection::refuse_connection(int status, IncomingRequest const& request)
 {
-    return give(sentence_response(status, too_many_connections), request);
+    auto refusal = sentence_response(status, too_many_connections);
+    context_.endpoint->dress(refusal, request);
+    return give(refusal, request);
 }
 
 HttpConnection::Next HttpConnection::give(HttpResponse const& response, IncomingRequest const& request)

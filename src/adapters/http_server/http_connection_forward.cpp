@@ -94,7 +94,9 @@ HttpConnection::Next HttpConnection::fail_to_forward(Failure const& why)
     bool const is_late = why == errc::timed_out;
     ++(is_late ? context_.statistics.late_gateways : context_.statistics.bad_gateways);
     auto const sentence = is_late ? late_gateway : why == errc::closed ? gateway_closed : bad_gateway;
-    return give(sentence_response(is_late ? 504 : 502, sentence), reader_.request());
+    auto refusal = sentence_response(is_late ? 504 : 502, sentence);
+    context_.endpoint->dress(refusal, reader_.request());
+    return give(refusal, reader_.request());
 }
 
 /// Appends the other server's answer, as much of it as there is, to what is to be sent.

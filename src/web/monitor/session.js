@@ -38,7 +38,7 @@
     const freeSeats = seated.filter(takes).reduce((total, { seats: all, sessions = 0 }) => total + Math.max(0, all - sessions), 0);
     const freeMachines = servers.filter(({ state }) => state === 'free').length;
     write(free, seated.length ? say('monitor.seatsFree', { free: texts.count(freeSeats), seats: texts.count(seats) })
-      : say('monitor.machinesFree', { free: texts.count(freeMachines), machines: texts.count(servers.length) }));
+      : servers.length === 0 ? say('monitor.machines', { count: 0 }) : say('monitor.machinesFree', { free: texts.count(freeMachines), machines: texts.count(servers.length) }));
     now.dataset.state = site.state ?? 'unknown';
     write(sentence, SITE[site.state]?.() ?? site.stateText ?? '');
     showWaiting();
@@ -124,7 +124,8 @@
     const count = servers.length;
     write(managing, count === 1 ? say('monitor.oneMachine') : say('monitor.machines', { count: texts.count(count) }));
     nobody.hidden = count > 0;
-    table.frame.hidden = count === 0;
+    for (const empty of [managing, table.frame, past.section, facts])
+      empty.hidden = count === 0;
   }
 
   const STATES = { unknown: () => say('monitor.stateUnknown'), free: () => say('monitor.stateFree'), busy: () => say('monitor.stateBusy'),

@@ -323,7 +323,13 @@ BOOST_AUTO_TEST_CASE(a_server_that_is_not_there_is_a_bad_gateway)
     BOOST_TEST(answers.starts_with("HTTP/1.1 502 Bad Gateway\r\n"), answers);
     BOOST_TEST(answers.find("can't be reached. Please try again in a moment.") != std::string::npos, answers);
     BOOST_TEST(answers.ends_with("/own"));
+    BOOST_TEST(answers.find("dressed") == std::string::npos);
     BOOST_TEST(server.statistics().bad_gateways == 1u);
+    Client person(server);
+    person.say("GET /forward HTTP/1.1\r\nHost: h\r\nAccept: text/html\r\nConnection: close\r\n\r\n");
+    auto const page = person.read_all();
+    BOOST_TEST(page.starts_with("HTTP/1.1 502 Bad Gateway\r\n"), page);
+    BOOST_TEST(page.find("\r\n\r\ndressed: ") != std::string::npos, page);
 }
 
 BOOST_AUTO_TEST_CASE(an_answer_that_makes_no_sense_is_a_bad_gateway)

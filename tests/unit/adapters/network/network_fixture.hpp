@@ -76,6 +76,12 @@ public:
         co_return HttpResponse(200, "text/plain", std::string(request.body));
     }
 
+    void dress(HttpResponse& refusal, IncomingRequest const& request) override
+    {
+        if (request.header("Accept") == "text/html")
+            refusal.body.insert(0, "dressed: ");
+    }
+
     std::atomic<boost::asio::steady_timer*> held =
         nullptr; ///< Of `/body/later`: cancel it on the server's thread.
 
