@@ -38,7 +38,7 @@ struct Configuration
         key_file; ///< The key that simulation servers have to know; made if it is not there.
     std::filesystem::path users_folder;
     std::filesystem::path page_folder;
-    std::string hint;                     ///< Shown beside the form with which users sign in.
+    std::string hint; ///< Shown beside the form with which users sign in.
     std::vector<User> users;
     std::vector<Project> projects;
 };
