@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { openBrowser, openPage } from '../viewer/page.mjs';
 import { WORLD, startClassSite, state } from './class_site.mjs';
 
-const MOST_REQUESTS = 7; // page, script, style, texts, defaults, the list of worlds, icon
+const MOST_REQUESTS = 6; // page, script, style, texts, the list of worlds, icon
 const MOST_BYTES = 79_000;
 
 const { server } = await startClassSite({

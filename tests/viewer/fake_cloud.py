@@ -34,7 +34,7 @@ class FakeCloud:
     def __init__(self):
         self.answer = None  # Text of /session; None: the address of the fake simulation server.
         self.reason = None  # Code of a refusal that goes with that text.
-        self.defaults = None  # Content of defaults.json; None: 404.
+        self.defaults = None  # What pages take from the configuration; None: 404.
         self.worlds = None  # Of the gallery; None: 404.
         self.held = None  # Files whose path has this in it stay on their way.
         self.relays = False  # The session server answers its own address, and takes /client.
@@ -348,10 +348,10 @@ class FakeCloud:
             text = self.answer if self.answer is not None else own
             reason = () if self.reason is None else [("Webots-Reason", self.reason), ("Access-Control-Expose-Headers", "Webots-Reason")]
             return respond(200, "text/html; charset=UTF-8", text.encode(), reason)
-        if path in ("/viewer/defaults.json", "/class/defaults.json") and self.defaults is not None:
+        if path == "/class/defaults.json" and self.defaults is not None:
             return respond(200, "application/json", json.dumps(self.defaults).encode())
-        if path == "/viewer/worlds/list.json" and self.worlds is not None:
-            return respond(200, "application/json", json.dumps({"worlds": self.worlds}).encode())
+        if path == "/viewer/worlds/list.json" and (self.worlds is not None or self.defaults is not None):
+            return respond(200, "application/json", json.dumps({"worlds": self.worlds or [], "site": self.defaults or {}}).encode())
         file = page_file(path)
         if not os.path.isfile(file):
             return respond(404, "text/plain", b"not found")

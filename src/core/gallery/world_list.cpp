@@ -146,13 +146,17 @@ std::string world_list_json(std::span<ListedWorld const> worlds, std::span<std::
     return json::serialize(answer);
 }
 
-std::string gallery_json(std::span<ListedWorld const> worlds, std::span<std::string const> pictures)
+std::string gallery_json(std::span<ListedWorld const> worlds, std::span<std::string const> pictures,
+                         json::object site)
 {
     auto list = listed(worlds);
     for (std::size_t i = 0; i < worlds.size(); ++i)
         if (auto const key = picture_key(worlds[i].url); std::ranges::find(pictures, key) != pictures.end())
             list[i].get_object()["picture"] = concat("picture/", key);
-    return json::serialize(json::object{{"worlds", std::move(list)}});
+    json::object answer{{"worlds", std::move(list)}};
+    if (!site.empty())
+        answer["site"] = std::move(site);
+    return json::serialize(answer);
 }
 
 namespace {

@@ -4,6 +4,8 @@
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/listed_world.hpp>
 
+#include <boost/json/object.hpp>
+
 #include <optional>
 #include <span>
 #include <string>
@@ -39,8 +41,11 @@ std::string world_list_error(Failure const& why);
 /// The same as a machine answers it: an answer for pages, of texts alone. Nothing: it is none.
 std::optional<std::string> parse_world_list_error(std::string_view json);
 
-/// The same for the page of the gallery: worlds of which there is a picture have `"picture":"picture/<key>"`.
-std::string gallery_json(std::span<ListedWorld const> worlds, std::span<std::string const> pictures);
+/// The same for the pages of the gallery and of the viewer: worlds of which there is a picture have
+/// `"picture":"picture/<key>"`, and `site`, unless it is empty, is what these pages take from the
+/// configuration.
+std::string gallery_json(std::span<ListedWorld const> worlds, std::span<std::string const> pictures,
+                         boost::json::object site = {});
 
 /// The same as a machine answers it, which is not trusted: what can't be a world is left out. Nothing: it is
 /// no such list.

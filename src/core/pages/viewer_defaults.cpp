@@ -1,11 +1,8 @@
 #include "viewer_defaults.hpp"
 
-#include <boost/json/object.hpp>
-#include <boost/json/serialize.hpp>
-
 namespace webots_cloud::core {
 
-std::string viewer_defaults(SessionServiceConfig const& config)
+boost::json::object viewer_defaults(SessionServiceConfig const& config)
 {
     boost::json::object defaults;
     if (!config.viewer_url.empty())
@@ -14,7 +11,7 @@ std::string viewer_defaults(SessionServiceConfig const& config)
         defaults["pauseHidden"] = std::chrono::duration<double>(config.pause_hidden).count();
     if (config.relay && config.waiting_room > 0)
         defaults["waiting"] = true;
-    return boost::json::serialize(defaults);
+    return defaults;
 }
 
 } // namespace webots_cloud::core

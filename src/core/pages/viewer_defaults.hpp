@@ -3,12 +3,12 @@
 
 #include <webots_cloud/config.hpp>
 
-#include <string>
+#include <boost/json/object.hpp>
 
 namespace webots_cloud::core {
 
-/// The answer of `/viewer/defaults.json`, JSON: `url` of the proposed world, `pauseHidden` in seconds, and
-/// `waiting` where browsers may wait for a machine. What isn't set is left out.
-std::string viewer_defaults(SessionServiceConfig const& config);
+/// `url` of the proposed world, `pauseHidden` in seconds, and `waiting` where browsers may wait for a
+/// machine. What isn't set is left out.
+boost::json::object viewer_defaults(SessionServiceConfig const& config);
 
 } // namespace webots_cloud::core

@@ -3,6 +3,7 @@
 
 #include "core/gallery/world_list.hpp"
 #include "core/pages/http_pages.hpp"
+#include "core/pages/viewer_defaults.hpp"
 #include "core/refusals.hpp"
 #include "core/simulation/first_picture.hpp"
 #include "core/text.hpp"
@@ -188,7 +189,7 @@ std::string Gallery::list_text()
     std::vector<std::string> keys;
     for (auto const& [key, picture] : pictures_)
         keys.push_back(key);
-    return core::gallery_json(worlds(), keys);
+    return core::gallery_json(worlds(), keys, core::viewer_defaults(config_));
 }
 
 HttpResponse Gallery::picture(std::string_view key, std::string_view if_none_match) const

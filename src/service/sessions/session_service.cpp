@@ -38,6 +38,8 @@
 
 #include <webots_cloud/version.hpp>
 
+#include <boost/json/serialize.hpp>
+
 #include <array>
 #include <map>
 #include <optional>
@@ -207,6 +209,7 @@ struct SessionService::Impl final : FleetObserver
     Answer web_file(IncomingRequest const& request);
     Answer no_folder(IncomingRequest const& request);
     Answer class_page(IncomingRequest const& request);
+    HttpResponse defaults_page() const;
     Answer embedded(std::string_view name, IncomingRequest const& request);
     Answer decisions(IncomingRequest const& request);
     Answer metrics(IncomingRequest const& request);
@@ -772,7 +775,7 @@ Answer SessionService::Impl::web_file(IncomingRequest const& request)
         return for_any_page(
             gallery.picture(path.substr(picture_folder.size()), request.header("If-None-Match")));
     if (path == "/viewer/defaults.json")
-        return for_any_page(core::json_page(core::viewer_defaults(params.config)));
+        return defaults_page();
     constexpr std::string_view page_folder = "/viewer/";
     constexpr std::string_view gallery_folder = "/viewer/worlds/";
     auto name = path == page_folder      ? std::string_view("viewer/index.html")
@@ -782,6 +785,11 @@ Answer SessionService::Impl::web_file(IncomingRequest const& request)
     if (path.starts_with("/viewer/view/"))
         name = path.substr(page_folder.size());
     return embedded(name, request);
+}
+
+HttpResponse SessionService::Impl::defaults_page() const
+{
+    return for_any_page(core::json_page(boost::json::serialize(core::viewer_defaults(params.config))));
 }
 
 /// A file of `src/web`: public, and the same for everybody. Pages of other sites import modules, or learn
@@ -806,7 +814,7 @@ Answer SessionService::Impl::class_page(IncomingRequest const& request)
         return response;
     }
     if (request.path == "/class/defaults.json")
-        return for_any_page(core::json_page(core::viewer_defaults(params.config)));
+        return defaults_page();
     return embedded(core::class_file(request.path), request);
 }
 

@@ -461,15 +461,6 @@ function sayWorld() {
   showPoster(element('poster'), url);
 }
 
-// What the gallery says of its worlds: their titles and pictures.
-async function loadListed() {
-  const { worlds } = await fetchAgain(new URL('list.json', GALLERY), { cache: 'no-cache' })
-    .then((response) => (response.ok ? response.json() : {}))
-    .catch(() => ({}));
-  listed = new Map((Array.isArray(worlds) ? worlds : []).map((world) => [world.url, world]));
-  sayWorld();
-}
-
 // What others open to start the same world.
 function linkToShare() {
   const link = new URL('./', location.href);
@@ -562,14 +553,15 @@ function offerFullscreen(button) {
     button.setAttribute('aria-pressed', String(document.fullscreenElement !== null)));
 }
 
-// What the server suggests to a visitor: an address to start with, and a notice about itself.
-async function loadDefaults() {
+// What the server suggests to a visitor: an address to start with, a notice about itself, and the titles and pictures of its worlds.
+async function loadSite() {
   const field = element('connect-to');
   field.value = new URLSearchParams(location.search).get('url') ?? '';
   followAvailability();
-  const defaults = await fetchAgain('defaults.json', { cache: 'no-store' })
+  const { worlds = [], site: defaults = {} } = await fetchAgain(new URL('list.json', GALLERY), { cache: 'no-cache' })
     .then((response) => (response.ok ? response.json() : {}))
     .catch(() => ({}));
+  listed = new Map(worlds.map((world) => [world.url, world]));
   if (field.value === '' && typeof defaults.url === 'string')
     field.value = defaults.url;
   hasRoom = defaults.waiting === true;
@@ -636,8 +628,7 @@ window.addEventListener('pagehide', () => {
 window.addEventListener('pageshow', ({ persisted }) => persisted && session !== null && location.reload());
 const startsAtOnce = takeStart();
 const kept = await recall();
-await loadDefaults();
-loadListed();
+await loadSite();
 if (kept !== null && session === null) {
   element('connect-to').value = kept.address;
   element('show').value = kept.target.mode ?? 'mjpeg';

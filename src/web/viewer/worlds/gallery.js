@@ -63,10 +63,12 @@ function show(worlds) {
   page.dataset.worlds = worlds.length;
 }
 
-const asked = (name) => fetchAgain(name, { cache: 'no-cache' }).then((response) => (response.ok ? response.json() : {})).catch(() => ({}));
+const askedList = () => fetchAgain('list.json', { cache: 'no-cache' }).then((response) => (response.ok ? response.json() : {})).catch(() => ({}));
 
 async function update() {
-  const { worlds } = await asked('list.json');
+  const { worlds, site } = await askedList();
+  page.toggleAttribute('data-room', site?.waiting === true);
+  sayLight();
   const text = JSON.stringify(worlds ?? []);
   if (text === shown || (worlds === undefined && shown !== ''))
     return;
@@ -112,11 +114,9 @@ element('other').addEventListener('submit', (event) => {
   if (url !== '')
     location.assign(place === '' ? startOf(url) : listOf(place));
 });
-asked('../defaults.json').then(({ waiting }) => {
-  page.toggleAttribute('data-room', waiting === true);
-  sayLight();
-});
 if (folder !== '') {
+  page.toggleAttribute('data-room', (await askedList()).site?.waiting === true);
+  sayLight();
   await look(ownServer);
 } else {
   await update();

@@ -555,10 +555,12 @@ BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_gallery_and_scripts
     BOOST_TEST(text_of(fixture.get("/viewer/worlds/")).find("<html") != std::string::npos);
     BOOST_TEST(header(fixture.get("/viewer/worlds"), "Location") == "worlds/");
     BOOST_TEST(text_of(fixture.get("/viewer/worlds/list.json")) ==
-               R"({"worlds":[{"url":"local:/o/r/blob/main/worlds/a.wbt","title":"A"}]})");
+               R"({"worlds":[{"url":"local:/o/r/blob/main/worlds/a.wbt","title":"A"}],)"
+               R"("site":{"url":"local:/o/r/blob/main/worlds/a.wbt"}})");
     params.config.worlds.emplace();
     fixture.service.apply(params);
-    BOOST_TEST(text_of(fixture.get("/viewer/worlds/list.json")) == R"({"worlds":[]})");
+    BOOST_TEST(text_of(fixture.get("/viewer/worlds/list.json")) ==
+               R"({"worlds":[],"site":{"url":"local:/o/r/blob/main/worlds/a.wbt"}})");
     BOOST_TEST(header(fixture.get("/", "GET", "text/html"), "Location") == "viewer/");
 }
 
