@@ -85,9 +85,8 @@ std::optional<std::size_t> Staging::next(TimePoint now, StagingRoom const& room,
 {
     bool const has_room = room.is_open && staged_.size() < seats_for_staging(room);
     bool const is_free = !room.browser_starts && room.memory < much_memory && !is_any(Stage::preparing);
-    bool const is_its_turn = room.load < busy_load ||
-                             (room.load < full_load && (!last_begun_ || now - *last_begun_ >= busy_pause));
-    if (!has_room || !is_free || !is_its_turn)
+    bool const is_its_turn = room.load < busy_load || !last_begun_ || now - *last_begun_ >= busy_pause;
+    if (!has_room || !is_free || !is_its_turn || room.browsers >= full_load)
         return std::nullopt;
     for (std::size_t world = 0; world < worlds_.size(); ++world) {
         auto const& wanted = worlds_[world];

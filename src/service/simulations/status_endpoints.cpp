@@ -55,6 +55,7 @@ StatusEndpoints::StatusEndpoints(SimulationServiceParams const& params, Simulati
       view_keys_(hooks.new_address_token)
 {
     describe_machine();
+    context_.cores = description_.cores;
 }
 
 void StatusEndpoints::measure(TimePoint due, std::size_t clients)

@@ -38,7 +38,7 @@ void StagedMachine::live(double now, int seats, int taken, double load, bool bro
     core::StagingRoom room;
     room.seats = seats;
     room.taken = taken;
-    room.load = load;
+    room.load = room.browsers = load;
     room.browser_starts = browser_starts;
     auto const plan = staging_.plan(second(now), room);
     for (auto const id : plan.give_back) {

@@ -429,6 +429,52 @@ BOOST_AUTO_TEST_CASE(a_world_that_fails_is_tried_seldom_and_counts_as_no_failed_
     BOOST_TEST(fixture.source.directories().empty());
 }
 
+// It ends at once, prints garbage and crashes, never loads and does not end when it is told to, dies when it
+// is ready, or does not stay paused.
+BOOST_AUTO_TEST_CASE(two_hundred_stagings_of_a_hostile_world_leave_nothing_and_no_seat_is_lost)
+{
+    constexpr std::size_t stagings = 200;
+    Fixture fixture(3);
+    for (std::size_t i = 0; i < stagings; ++i) {
+        auto& script = fixture.processes.expect();
+        switch (i % 5) {
+        case 0:
+            script.exits(1);
+            break;
+        case 1:
+            script.prints(std::string(100'000, '\0') + "\xff\n\n").crashes(SIGSEGV);
+            break;
+        case 2:
+            script.stubborn();
+            break;
+        case 3:
+            script.prints(".\n").after(100ms).exits(0);
+            break;
+        default:
+            script.prints(".\n").after(100ms).prints("real-time\n");
+        }
+    }
+    fixture.stage();
+    std::size_t minutes = 0;
+    for (; fixture.processes.started().size() < stagings && minutes < 48 * 60; ++minutes) {
+        fixture.world.advance(60s);
+        BOOST_TEST_REQUIRE(fixture.processes.alive() <= 1);
+    }
+    BOOST_TEST(fixture.processes.started().size() == stagings);
+    BOOST_TEST(minutes > stagings * 4); // five minutes apart after the first nine
+    fixture.stage(simulation_service_params().config);
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.processes.alive() == 0);
+    BOOST_TEST(fixture.source.directories().empty());
+    for (int i = 0; i < 3; ++i) {
+        fixture.processes.expect().prints("open\n");
+        BOOST_TEST(fixture.start(init_message).was_told("webots:"));
+    }
+    for (auto const& browser : fixture.browsers)
+        browser->browser_leaves();
+    fixture.world.settle();
+}
+
 BOOST_AUTO_TEST_CASE(a_world_that_does_not_stay_paused_is_not_staged)
 {
     Fixture fixture;
