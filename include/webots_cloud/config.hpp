@@ -349,6 +349,8 @@ struct SimulationServiceConfig
     std::vector<StagedWorldConfig> staged; ///< `staged`: the first ones matter most.
     /// `stagedMaxAge`, in seconds: after that a staged simulation is replaced.
     Duration staged_max_age = std::chrono::minutes(10);
+    /// `stagedForClasses`: how many simulations session servers may have staged here for their classes.
+    int staged_for_classes = 30;
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file
     /// without the key means that of webots.cloud; a program that makes its configuration itself
     /// registers nowhere.

@@ -91,6 +91,8 @@ struct LoadReport
     /// `max_projects`.
     std::vector<std::uint32_t> projects;
     static constexpr std::size_t max_projects = 128;
+    /// How many simulations it would have ready for the classes of session servers, at most. Absent: none.
+    std::optional<int> staging;
 
     bool operator==(LoadReport const&) const = default;
 };

@@ -106,6 +106,9 @@ public:
     boost::asio::awaitable<result<Project>> fetch(WebsiteProject project,
                                                   std::shared_ptr<FetchProgress> progress);
 
+    /// As `ProjectSource::current_revision`.
+    boost::asio::awaitable<result<std::string>> current_revision(ProjectRef project);
+
     /// Restores one of a project's files, named relative to its root, as it was fetched.
     ///
     /// Lifetime: await it before the project is discarded.

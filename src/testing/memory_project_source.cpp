@@ -51,6 +51,13 @@ boost::asio::awaitable<result<std::vector<ListedWorld>>> MemoryProjectSource::li
     co_return listed;
 }
 
+boost::asio::awaitable<result<std::string>> MemoryProjectSource::current_revision(ProjectRef)
+{
+    if (!tells_revision)
+        co_return Failure(errc::unavailable, "It is known only once it is fetched.");
+    co_return revision;
+}
+
 boost::asio::awaitable<result<>> MemoryProjectSource::restore(RestoreOrder order)
 {
     if (auto failure = fuse.strike())

@@ -50,7 +50,7 @@ def written(text, *patterns):
 def messages():
     """Heading of docs/messages.md -> what its first column has to begin with, in the code's words."""
     client, relay, waiting = source("core/simulation/client_protocol.cpp"), source("core/relay/relay_messages.cpp"), source("core/waiting/waiting_messages.cpp")
-    header = source("core/simulation/client_protocol.hpp")
+    header, staging = source("core/simulation/client_protocol.hpp"), source("core/simulation/staging_messages.cpp")
     classes = source("core/classes/class_messages.cpp")
     programs = source("core/simulation/editable_files.cpp")
     return {
@@ -58,7 +58,8 @@ def messages():
         "Members of `start`": written(client, r'start->if_contains\("(\w+)"\)', r'\{"(\w+)", &StartMessage::') |
                               written(relay, r'(?:is_true|text_of)\(members, "(\w+)"\)'),
         "What browsers are told on `/client`": written(client, r'return concat\("([\w ]+:)') | written(header, r'_(?:message|promise|prefix) = "([^" ]+)') |
-                                               written(waiting, r'return concat\("(\w+:)') | written(programs, r'return concat\("(\w+:)'),
+                                               written(waiting, r'return concat\("(\w+:)') | written(programs, r'return concat\("(\w+:)') |
+                                               written(staging, r'return staging_list_text\("(staged)"'),
         "What clients say on `/class`": written(classes, r'key == "(\w+)"'),
         "What clients are told on `/class`": written(classes, r'message_with\("(\w+)"', r'object\["(error|do)"\]'),
     }

@@ -1,20 +1,28 @@
 #!/usr/bin/python3
 """Simulations that are ready before anybody asks (the key `staged`), with real servers and the demo simulator."""
 
+import asyncio
+import collections
 import contextlib
 import json
+import math
 import os
 import re
 import shutil
 import signal
 import sys
+import tempfile
+import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser, server  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
-from support.projects import demo_project  # noqa: E402
-from support.servers import SimulationServer, is_alive, main, wait_until  # noqa: E402
+from support.projects import EXAMPLES, demo_project  # noqa: E402
+from support.servers import SimulationServer, is_alive, main, program, wait_until  # noqa: E402
+
+# How many worlds of a hostile repository are staged; 200 take minutes on a machine that has nothing else to do.
+HOSTILE_WORLDS = int(os.environ.get("HOSTILE_WORLDS", "24"))
 
 
 def staged(count=1, **more):
@@ -133,6 +141,92 @@ class Staged(unittest.IsolatedAsyncioTestCase):
                     await browser.hear("webots:")
                     wait_until_ready(simulation, 1, before)
                     self.assertFalse(is_alive(before))
+
+    async def test_a_changed_folder_replaces_them_before_anybody_asks(self):
+        with tempfile.TemporaryDirectory(prefix="webots_cloud_staged_") as folder:
+            project = os.path.join(folder, "school", "robots")
+            shutil.copytree(os.path.join(EXAMPLES, "robots"), project)
+            world = "local:/school/robots/blob/main/worlds/arena.wbt"
+            with SimulationServer(forges=[{"url": "local:", "directory": folder}], allowedRepositories=["local:"],
+                                  staged=[{"url": world}]) as simulation:
+                [before] = wait_until_ready(simulation, 1)
+                with open(os.path.join(project, "notes.txt"), "w") as file:
+                    file.write("new")
+                wait_until_ready(simulation, 1, before)
+                wait_until(lambda: not is_alive(before), "the old one is still there")
+
+
+# What simulators of the worlds do, by the beginning of their names; one more, `never`, does not get ready.
+HOSTILE = {"exit": "exit-before-ready", "crash": "crash", "garbage": "binary-lines,long-lines,exit-before-ready=3", "die": "exit-after-ready=1",
+           "fork": "grandchild,daemon-grandchild,exit-before-ready"}
+WEBOTS = """#!/bin/sh
+for world; do :; done
+name=$(basename "$world" .wbt)
+echo "$name $(date +%s)" >> "{starts}"
+case $name in
+{cases}
+esac
+exec "{demo}" --demo-faults="$faults" "$@"
+"""
+
+
+class HostileRepository(unittest.IsolatedAsyncioTestCase):
+    def make(self, folder):
+        """A repository of hostile worlds and a good one, and a Webots that does what their names say."""
+        worlds = os.path.join(folder, "school", "hostile", "worlds")
+        shutil.copytree(os.path.join(EXAMPLES, "robots"), os.path.dirname(worlds))
+        kinds = [*HOSTILE]
+        self.names = [*(f"{kinds[number % len(kinds)]}{number}" for number in range(HOSTILE_WORLDS - 1)), "never0"]
+        for name in self.names:
+            shutil.copy(os.path.join(worlds, "arena.wbt"), os.path.join(worlds, f"{name}.wbt"))
+        home = os.path.join(folder, "home")
+        os.mkdir(home)
+        self.starts_file = os.path.join(folder, "starts")
+        cases = "\n".join(f"{name}*) faults={faults};;" for name, faults in {**HOSTILE, "never": "never-ready"}.items())
+        with open(os.path.join(home, "webots"), "w") as file:
+            file.write(WEBOTS.format(starts=self.starts_file, cases=cases, demo=program("webots-demo-simulator")))
+        os.chmod(os.path.join(home, "webots"), 0o755)
+        return {"webotsHome": home, "forges": [{"url": "local:", "directory": folder}], "allowedRepositories": ["local:"]}
+
+    @staticmethod
+    def address(name):
+        return f"local:/school/hostile/blob/main/worlds/{name}.wbt"
+
+    def starts(self):
+        """How often each hostile world was started."""
+        with open(self.starts_file) as file:
+            return collections.Counter(line.split()[0] for line in file if not line.startswith("arena"))
+
+    async def test_what_fails_is_tried_seldom_and_leaves_nothing_while_others_go_on(self):
+        with tempfile.TemporaryDirectory(prefix="webots_cloud_hostile_") as folder:
+            settings = self.make(folder)
+            with SimulationServer(**settings, maxConnections=4, startTimeout=10, simulationsPerAddress=0) as simulation:
+                async with Browser(simulation) as bystander:
+                    await bystander.start(self.address("arena"))
+                    await bystander.hear("webots:")
+                    [process] = [row["process"] for row in rows(simulation)]
+                    began = time.time()
+                    good = {"url": self.address("arena"), "count": 1}
+                    simulation.reread(staged=[good, *({"url": self.address(name)} for name in self.names)])
+                    await asyncio.to_thread(wait_until, lambda: len(self.starts()) == len(self.names), lambda: self.starts(), 40 * len(self.names))
+                    seconds = time.time() - began
+                    for name, count in self.starts().items():  # after 1, 2, 4 ... seconds
+                        self.assertLessEqual(count, 1 + math.log2(seconds + 2), name)
+                    self.assertEqual(len(ready(simulation)), 1)
+                    async with Browser(simulation) as guest:
+                        await guest.start(self.address("arena"))
+                        await guest.hear("webots:")
+                    self.assertTrue(is_alive(process))
+                    simulation.reread(staged=[])
+                    wait_until(lambda: len(rows(simulation)) == 1, lambda: rows(simulation))
+                    self.assertTrue(is_alive(process))
+                    self.assertEqual(len(simulation.instances()), 1)
+                async with contextlib.AsyncExitStack() as stack:  # no seat is lost
+                    for _ in range(4):
+                        browser = await stack.enter_async_context(Browser(simulation))
+                        await browser.start(self.address("arena"))
+                        await browser.hear("webots:")
+                simulation.wait_until_clean()
 
 
 if __name__ == "__main__":

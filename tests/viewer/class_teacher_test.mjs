@@ -458,6 +458,13 @@ test('seats are changed; a class is closed, and nothing is kept', async (t) => {
   assert.equal(await waitForSaid('seats'), 20);
   await tell({ reserved: 20 });
   await says(page, '#reserved', 'All 20 seats');
+  assert.equal(await page.textContent('#staged'), '');
+  await tell({ staged: { ready: 12, seats: 20 } });
+  await says(page, '#staged', '12 of 20 are ready');
+  await tell({ staged: { ready: 20, seats: 20 } });
+  await says(page, '#staged', '20 of 20 are ready');
+  await tell({ staged: null });
+  await page.waitForFunction(() => document.getElementById('staged').textContent === '');
   await cloud.call('set_available', 'busy');
   for (const id of [11, 12, 13])
     await tell({ student: student(id, `Student ${id}`, { state: 'waiting' }) });

@@ -29,6 +29,7 @@ public:
 
     boost::asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override;
     boost::asio::awaitable<result<std::vector<ListedWorld>>> list_worlds(FetchOrder order) override;
+    boost::asio::awaitable<result<std::string>> current_revision(ProjectRef project) override;
     boost::asio::awaitable<result<>> restore(RestoreOrder order) override;
     boost::asio::awaitable<result<>> discard(std::filesystem::path directory) override;
 
@@ -46,6 +47,7 @@ public:
     RefMeaning refs = RefMeaning::git;
     std::vector<std::uint32_t> in_cache; ///< What `cached` says.
     std::string revision = "0123456789"; ///< Of what is fetched.
+    bool tells_revision = false;         ///< Before it is fetched, as plain folders do.
     std::string notice;                  ///< The notice of what is fetched.
     std::vector<std::string> forbidden;  ///< What what is fetched lacks.
     std::string webots_yml;              ///< The settings of what is fetched.

@@ -137,6 +137,15 @@ public:
         co_return Failure(errc::unavailable, "Worlds can't be listed here.");
     }
 
+    /// The revision that a fetch would get now, for sources that find it out at little cost.
+    ///
+    /// Cancellation: terminal.
+    /// Errors: `unavailable`: this source can't, which is what one without an override answers, or not now.
+    virtual boost::asio::awaitable<result<std::string>> current_revision(ProjectRef)
+    {
+        co_return Failure(errc::unavailable, "The revision is known only once it is fetched.");
+    }
+
     /// What the ref in the address of a world means to it. Asked of the sources of forges.
     virtual RefMeaning ref_meaning() const noexcept { return RefMeaning::unknown; }
 

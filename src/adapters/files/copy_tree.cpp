@@ -5,6 +5,9 @@
 
 #include <boost/asio/error.hpp>
 
+#include <functional>
+#include <sys/stat.h>
+
 namespace webots_cloud::adapters {
 
 namespace fs = std::filesystem;
@@ -41,6 +44,26 @@ result<> copy_tree(fs::path const& from, fs::path const& to, FetchLimits const& 
     if (failed)
         return core::refused(core::Refused::not_copied, {{"words", failed.message()}});
     return {};
+}
+
+std::string tree_state(fs::path const& folder, std::uint32_t most_files, std::atomic<bool> const& aborted)
+{
+    std::error_code failed;
+    std::uint32_t files = 0;
+    std::uint64_t sum = 0; // the order in which a folder is read means nothing
+    for (auto entry = fs::recursive_directory_iterator(folder, failed); !failed && entry != fs::end(entry);
+         entry.increment(failed)) {
+        struct stat status
+        {};
+        if (++files > most_files || aborted.load(std::memory_order_relaxed) ||
+            ::lstat(entry->path().c_str(), &status) != 0)
+            return {};
+        auto const text = concat(entry->path().native(), "\n", std::to_string(status.st_mtim.tv_sec), ".",
+                                 std::to_string(status.st_mtim.tv_nsec), "\n", std::to_string(status.st_size),
+                                 "\n", std::to_string(status.st_ino));
+        sum += std::hash<std::string>()(text);
+    }
+    return failed ? std::string() : concat("folder ", std::to_string(files), " ", std::to_string(sum));
 }
 
 } // namespace webots_cloud::adapters

@@ -7,7 +7,9 @@
 #include <webots_cloud/transport/project_source.hpp>
 
 #include <atomic>
+#include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace webots_cloud::adapters {
 
@@ -18,5 +20,11 @@ namespace webots_cloud::adapters {
 /// detail is a sentence.
 result<> copy_tree(std::filesystem::path const& from, std::filesystem::path const& to,
                    FetchLimits const& limits, FetchProgress& progress, std::atomic<bool> const& aborted);
+
+/// What is below the folder, as far as names, sizes and times of change tell: a text that is another one
+/// after whatever is changed there. Empty: it can't be read, has more than `most_files`, or `aborted` was
+/// set. Blocks.
+std::string tree_state(std::filesystem::path const& folder, std::uint32_t most_files,
+                       std::atomic<bool> const& aborted);
 
 } // namespace webots_cloud::adapters

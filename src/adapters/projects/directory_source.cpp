@@ -43,6 +43,8 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
     fs::create_directory(order.directory, failed);
     if (failed)
         return adapters::disk_failure(failed);
+    // What changes while it is copied is another state than this.
+    auto state = adapters::tree_state(root, order.limits.files, aborted);
     if (auto const copied =
             adapters::copy_tree(root, order.directory, order.limits, *order.progress, aborted);
         !copied)
@@ -52,7 +54,7 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
         return header.error();
     FetchedProject fetched;
     fetched.root = order.directory;
-    fetched.revision = "folder";
+    fetched.revision = std::move(state);
     fetched.world_header = std::move(*header);
     fetched.webots_yml = adapters::read_webots_yml(fetched.root);
     return fetched;
@@ -70,6 +72,19 @@ public:
         co_await asio::this_coro::throw_if_cancelled(false);
         auto work = [folder = folder_, order = std::move(order)](std::atomic<bool> const& aborted) {
             return copy_project(folder, order, aborted);
+        };
+        co_return co_await pool_.run_abortable(std::move(work));
+    }
+
+    asio::awaitable<result<std::string>> current_revision(ProjectRef project) override
+    {
+        co_await asio::this_coro::throw_if_cancelled(false);
+        auto work = [folder = folder_,
+                     project = std::move(project)](std::atomic<bool> const& aborted) -> result<std::string> {
+            auto state = adapters::tree_state(root_of(folder, project), FetchLimits().files, aborted);
+            if (state.empty())
+                return Failure(errc::unavailable, "The folder can't be looked at.");
+            return state;
         };
         co_return co_await pool_.run_abortable(std::move(work));
     }

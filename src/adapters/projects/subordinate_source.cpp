@@ -96,6 +96,11 @@ public:
         return source_.list_worlds(std::move(order));
     }
 
+    asio::awaitable<result<std::string>> current_revision(ProjectRef project) override
+    {
+        return source_.current_revision(std::move(project));
+    }
+
     RefMeaning ref_meaning() const noexcept override { return source_.ref_meaning(); }
 
     std::vector<std::uint32_t> cached() const override { return source_.cached(); }

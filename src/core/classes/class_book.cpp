@@ -85,8 +85,9 @@ struct ClassBook::Class
     std::string world;
     std::string mode;
     std::size_t seats = 0;
-    std::size_t seated = 0;   ///< Students who have one.
-    std::size_t reserved = 0; ///< As the teacher was told.
+    std::size_t seated = 0;            ///< Students who have one.
+    std::size_t reserved = 0;          ///< As the teacher was told.
+    std::optional<StagedSeats> staged; ///< Likewise.
     std::map<StudentId, Student> students;
     StudentId last_id = 0;
     std::vector<Window> windows;
@@ -208,6 +209,30 @@ std::size_t ClassBook::seats_to_hold() const noexcept
     for (auto const& each : classes_)
         seats += each->seats_wanted();
     return seats;
+}
+
+std::vector<StagingWish> ClassBook::staging_wishes() const
+{
+    std::vector<StagingWish> wishes;
+    for (auto const& each : classes_) {
+        auto& wish = wishes.emplace_back();
+        wish.url = each->world;
+        wish.mode = each->mode;
+        wish.count = static_cast<int>(each->seats_wanted());
+    }
+    return wishes;
+}
+
+void ClassBook::note_ready(std::vector<int> const& ready)
+{
+    for (std::size_t i = 0; i < classes_.size(); ++i) {
+        auto& of = *classes_[i];
+        std::optional<StagedSeats> staged;
+        if (i < ready.size() && of.seats_wanted() > 0)
+            staged = StagedSeats{static_cast<std::size_t>(ready[i]), of.seats_wanted()};
+        if (std::exchange(of.staged, staged) != staged)
+            tell_teachers(of, staged_seats_message(staged));
+    }
 }
 
 ClassFigures ClassBook::figures() const noexcept
@@ -539,6 +564,7 @@ void ClassBook::add_teacher(Class& of, ClassConnection teacher)
     row.mode = of.mode;
     row.seats = of.seats;
     row.reserved = of.reserved;
+    row.staged = of.staged;
     std::vector<std::string> simulators; // which the rows refer to
     simulators.reserve(of.students.size());
     for (auto const& [id, student] : of.students) {

@@ -10,6 +10,7 @@
 #include "core/access/silent_clients.hpp"
 #include "core/access/token_buckets.hpp"
 #include "core/pace.hpp"
+#include "core/simulation/staging_messages.hpp"
 
 #include <webots_cloud/time.hpp>
 
@@ -109,6 +110,11 @@ public:
     void take_seat(std::string_view seat_token, SeatRequest seat, StudentMachine machine, TimePoint now);
     /// How many seats to hold back from others: of each class, those that no student has taken yet.
     std::size_t seats_to_hold() const noexcept;
+
+    /// Of each class: its world, and the seats that no student has taken yet.
+    std::vector<StagingWish> staging_wishes() const;
+    /// How many simulations are ready for each of them. Empty: no machine has any ready for classes.
+    void note_ready(std::vector<int> const& ready);
 
     ClassFigures figures() const noexcept;
 

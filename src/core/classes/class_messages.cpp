@@ -290,6 +290,11 @@ json::array array_of(std::vector<std::string> const& texts)
     return array;
 }
 
+json::value value_of(StagedSeats const& staged)
+{
+    return {{"ready", staged.ready}, {"seats", staged.seats}};
+}
+
 /// An object with this member alone.
 std::string message_with(std::string_view key, json::value value)
 {
@@ -385,6 +390,8 @@ std::string class_message(ClassRow const& row)
     object["mode"] = row.mode;
     object["seats"] = row.seats;
     object["reserved"] = row.reserved;
+    if (row.staged)
+        object["staged"] = value_of(*row.staged);
     object["students"] = std::move(students);
     object["machines"] = array_of(row.machines);
     if (!row.network.addresses.empty())
@@ -418,6 +425,11 @@ std::string program_message(StudentId student, std::string_view file, std::strin
 std::string reserved_message(std::size_t seats)
 {
     return message_with("reserved", seats);
+}
+
+std::string staged_seats_message(std::optional<StagedSeats> const& staged)
+{
+    return message_with("staged", staged ? value_of(*staged) : json::value());
 }
 
 std::string code_message(std::string_view code)

@@ -217,6 +217,15 @@ struct ClassNetwork
     bool is_open = false;               ///< The site answers there; else it is for this machine alone.
 };
 
+/// Of the seats that no student has used yet: so many have a simulation that is ready.
+struct StagedSeats
+{
+    std::size_t ready = 0;
+    std::size_t seats = 0;
+
+    bool operator==(StagedSeats const&) const = default;
+};
+
 struct ClassRow
 {
     std::string_view code;
@@ -225,6 +234,7 @@ struct ClassRow
     std::string_view mode;
     std::size_t seats = 0;
     std::size_t reserved = 0;
+    std::optional<StagedSeats> staged; ///< None: no machine has any ready.
     std::vector<StudentRow> students;
     std::vector<std::string> machines;
     ClassNetwork network;
@@ -247,6 +257,9 @@ std::string program_message(StudentId student, std::string_view file, std::strin
 
 /// `{"reserved":18}`
 std::string reserved_message(std::size_t seats);
+
+/// `{"staged":{"ready":12,"seats":30}}`, `{"staged":null}`
+std::string staged_seats_message(std::optional<StagedSeats> const& staged);
 
 /// `{"code":"K7M2QX"}`
 std::string code_message(std::string_view code);

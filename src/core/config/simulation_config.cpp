@@ -104,13 +104,19 @@ void read_staged_world(ConfigReader& reader, std::vector<ForgeAddress> const& fo
 /// hold their images and networks.
 void read_staged(ConfigReader& reader, SimulationConfig& config)
 {
+    bool const is_program = !config.docker && !config.slurm;
+    auto& for_classes = config.service.staged_for_classes;
+    if (!is_program && !reader.has("stagedForClasses"))
+        for_classes = 0;
+    if (!is_program && for_classes > 0)
+        reader.refuse("stagedForClasses", "0 together with \"docker\" or \"launcher\"");
     auto const* found = reader.find("staged");
     if (!found)
         return;
     auto const* list = found->if_array();
     if (!list)
         return reader.refuse("staged", "a list of objects, as in [{\"url\": ..., \"count\": 2}]");
-    if (!list->empty() && (config.docker || config.slurm))
+    if (!list->empty() && !is_program)
         return reader.refuse("staged", "[] together with \"docker\" or \"launcher\"");
     std::vector<ForgeAddress> forges;
     for (auto const& forge : config.forges)

@@ -408,6 +408,13 @@ constexpr std::array simulation_visitors{
               .min = 10,
               .max = max_seconds,
               .reloaded = true},
+    ConfigKey{.name = "stagedForClasses",
+              .value = member<&SimulationConfig::service, &SimulationServiceConfig::staged_for_classes>,
+              .text = "simulations that session servers may have staged here for the seats of their classes, "
+                      "in all, see [docs/operations.md](docs/operations.md#staged-for-classes); 0: none",
+              .absent = "30; 0 with `docker` or `launcher`",
+              .max = 10'000,
+              .reloaded = true},
     ConfigKey{.name = "timeout",
               .value = member<&SimulationConfig::launching, &SimulationLauncherConfig::timeout>,
               .text = "maximum duration of a simulation; less than 360 counts as 7200",

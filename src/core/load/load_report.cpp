@@ -215,9 +215,9 @@ std::optional<LoadReport> read_object(json::object const& object)
     report.load = load->to_number<double>(ignored);
     if (!is_load(report.load) || !read_count(object, "sessions", report.sessions) ||
         !read_count(object, "starting", report.starting) ||
-        !read_count(object, "capacity", report.capacity) || !read_counters(object, report) ||
-        !read_labels(object, report.labels) || !read_worlds(object, report) ||
-        !read_projects(object, report.projects))
+        !read_count(object, "capacity", report.capacity) || !read_count(object, "staging", report.staging) ||
+        !read_counters(object, report) || !read_labels(object, report.labels) ||
+        !read_worlds(object, report) || !read_projects(object, report.projects))
         return std::nullopt;
     if (auto const* memory = object.if_contains("memory")) {
         if (!memory->is_number() || !is_load(memory->to_number<double>(ignored)))
@@ -286,6 +286,8 @@ std::string to_json(LoadReport const& report, std::string_view version)
     }
     if (!report.projects.empty())
         object["projects"] = core::write_digests(report.projects);
+    if (report.staging)
+        object["staging"] = *report.staging;
     object["version"] = version;
     return json::serialize(object);
 }

@@ -115,6 +115,13 @@ ClientMessage read_write(json::value const& value)
                 : no_file_name("path");
 }
 
+ClientMessage read_stage(json::value const& value)
+{
+    auto message = read_stage_message(value);
+    return message ? ClientMessage(std::move(*message))
+                   : MalformedMessage{"\"stage\" must be a list of worlds with their number"};
+}
+
 ClientMessage read_reconnect(json::value const& value)
 {
     auto const* token = value.if_string();
@@ -189,6 +196,8 @@ ClientMessage parse_client_message(std::string_view text)
         return read_read(*original, true);
     if (auto const* write = object->if_contains("write"))
         return read_write(*write);
+    if (auto const* stage = object->if_contains("stage"))
+        return read_stage(*stage);
     return UnknownMessage{};
 }
 

@@ -1,6 +1,8 @@
 // The texts of the WebSocket /client (protocol section 4.1): what browsers send, and what they get.
 #pragma once
 
+#include "staging_messages.hpp"
+
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/time.hpp>
@@ -93,8 +95,9 @@ struct WriteFileMessage
 /// websites still do.
 using SimulationRequest = std::variant<StartMessage, WebsiteProject>;
 
-using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ExtendMessage, ResetControllerMessage,
-                                   ReadFileMessage, WriteFileMessage, UnknownMessage, MalformedMessage>;
+using ClientMessage =
+    std::variant<SimulationRequest, ReconnectMessage, ExtendMessage, ResetControllerMessage, ReadFileMessage,
+                 WriteFileMessage, StageMessage, UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);

@@ -86,7 +86,7 @@ std::optional<std::size_t> Staging::next(TimePoint now, StagingRoom const& room,
     bool const has_room = room.is_open && staged_.size() < seats_for_staging(room);
     bool const is_free = !room.browser_starts && room.memory < much_memory && !is_any(Stage::preparing);
     bool const is_its_turn = room.load < busy_load || !last_begun_ || now - *last_begun_ >= busy_pause;
-    if (!has_room || !is_free || !is_its_turn)
+    if (!has_room || !is_free || !is_its_turn || room.browsers >= full_load)
         return std::nullopt;
     for (std::size_t world = 0; world < worlds_.size(); ++world) {
         auto const& wanted = worlds_[world];
@@ -182,6 +182,15 @@ std::optional<Staging::Id> Staging::find(std::string const& address, std::string
         if (staged.stage == Stage::ready && !staged.is_old && staged.world == world && is_known_mode(mode))
             return id;
     return std::nullopt;
+}
+
+int Staging::ready_for(std::string const& address, std::string const& mode) const
+{
+    World const world(address, is_video(mode));
+    return static_cast<int>(std::count_if(staged_.begin(), staged_.end(), [&world](auto const& entry) {
+        auto const& staged = entry.second;
+        return staged.stage == Stage::ready && !staged.is_old && staged.world == world;
+    }));
 }
 
 } // namespace webots_cloud::core

@@ -91,6 +91,7 @@ asio::awaitable<void> ClassEndpoint::serve(ChannelInfo info, Channel& channel)
 void ClassEndpoint::update()
 {
     book_.expire(clock_.now());
+    book_.note_ready(hooks_.stage(book_.staging_wishes()));
     carry_out();
 }
 

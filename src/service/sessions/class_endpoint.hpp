@@ -33,6 +33,8 @@ struct ClassEndpointHooks
     std::function<std::string(std::string_view server, AskedAddress const& asked)> machine_address;
     /// The same without a ticket: `wss://host/2000/simulation/abc/2001`.
     std::function<std::string(std::string_view entry, AskedAddress const& asked)> simulator_address;
+    /// As ClassStager::update.
+    std::function<std::vector<int>(std::vector<core::StagingWish> classes)> stage;
 };
 
 /// Passes what browsers say to a ClassBook, and does what it says: sends, closes, holds seats.

@@ -5,12 +5,12 @@
 #include "async/cancellation.hpp"
 #include "async/deadline.hpp"
 #include "core/access/asked_name.hpp"
-#include "core/access/forwarding.hpp"
 #include "core/refusals.hpp"
 #include "core/relay/relay_messages.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
+#include "machine_request.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -58,12 +58,6 @@ bool is_for_browsers(std::uint16_t close_code) noexcept
 {
     constexpr std::uint16_t normal = 1000;
     return close_code == 0 || close_code == normal || close_code == core::taken_over_code;
-}
-
-/// `host/2000` is reached at `host`, `host:2000` there.
-std::string_view authority_of(std::string_view entry) noexcept
-{
-    return entry.substr(0, entry.find('/'));
 }
 
 } // namespace
@@ -335,13 +329,7 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
     std::string path = "/client";
     if (hooks_.make_ticket && ride.is_placed)
         path = concat("/ticket/", hooks_.make_ticket(ride.entry), path);
-    WebSocketRequest request(concat(params_.tls ? "wss://" : "ws://", ride.entry, path));
-    if (!internal.empty()) {
-        auto inside = core::internal_request(internal, machine->spec.internal_name, path);
-        request.url = concat("ws", inside.url.substr(4)); // in place of "http"
-        request.address = std::move(inside.address);
-    }
-    request.elsewhere = machine->spec.elsewhere;
+    auto request = machine_websocket(machine->spec, params_.tls, path);
     // The machine answers with an address that this browser can reach, and counts for this browser.
     auto below_us = hooks_.public_address ? hooks_.public_address(ride.entry, browser.asked) : std::string();
     if (!below_us.empty())
@@ -349,8 +337,8 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
     // One with a path of its own is called by the name that polls use.
     if (!internal.empty() && !machine->spec.has_own_path) {
         bool const has_name = !ride.entry.starts_with(core::asked_name);
-        request.headers.emplace_back("Host",
-                                     has_name ? std::string(authority_of(ride.entry)) : browser.asked.host);
+        request.headers.emplace_back("Host", has_name ? std::string(authority_of_entry(ride.entry))
+                                                      : browser.asked.host);
     }
     if (!browser.client.empty())
         request.headers.emplace_back("X-Forwarded-For", browser.client);

@@ -6,6 +6,7 @@
 
 #include "async/first_of.hpp"
 #include "class_endpoint.hpp"
+#include "class_stager.hpp"
 #include "client_relay.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/controller_greeting.hpp"
@@ -136,6 +137,7 @@ struct SessionService::Impl final : FleetObserver
           board(monitor.params().interval, monitor.params().threshold),
           machine_metrics(machines, load_monitor, placing, time),
           gallery(params.config, machines, load_monitor, hooks.http, hooks.make_ticket, time),
+          class_stager(machines, load_monitor, time, log, stager_hooks()),
           classes(load_monitor, placing, time, log, class_hooks()),
           relay(relay_params(), machines, load_monitor, placing, time, log, relay_hooks())
     {
@@ -159,6 +161,7 @@ struct SessionService::Impl final : FleetObserver
 
     ClassEndpointHooks class_hooks();
     core::ClassNetwork network_of(AskedAddress const& asked) const;
+    ClassStagerHooks stager_hooks() const;
     ClientRelayParams relay_params() const;
     ClientRelayHooks relay_hooks();
 
@@ -257,6 +260,7 @@ struct SessionService::Impl final : FleetObserver
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
     Gallery gallery;
+    ClassStager class_stager;
     ClassEndpoint classes;
     ClientRelay relay;
 };
@@ -308,8 +312,9 @@ void SessionService::Impl::settled()
 
 asio::awaitable<result<>> SessionService::run()
 {
-    auto parts = async::first_of(impl_->carry_reports(), impl_->check_availability(),
-                                 impl_->machine_metrics.run(), impl_->relay.run(), impl_->gallery.run());
+    auto parts =
+        async::first_of(impl_->carry_reports(), impl_->check_availability(), impl_->machine_metrics.run(),
+                        impl_->relay.run(), impl_->gallery.run(), impl_->class_stager.run());
     co_return co_await std::move(parts);
 }
 
@@ -345,6 +350,9 @@ ClassEndpointHooks SessionService::Impl::class_hooks()
     of_classes.network = std::bind_front(&Impl::network_of, this);
     of_classes.machine_address = std::bind_front(&Impl::machine_address, this);
     of_classes.simulator_address = std::bind_front(&Impl::address_of, this);
+    of_classes.stage = [this](std::vector<core::StagingWish> wishes) {
+        return class_stager.update(std::move(wishes), params.address.ssl);
+    };
     return of_classes;
 }
 
@@ -358,6 +366,14 @@ core::ClassNetwork SessionService::Impl::network_of(AskedAddress const& asked) c
     network.addresses = hooks.shared_addresses();
     network.is_open = params.address.host == core::asked_name;
     return network;
+}
+
+ClassStagerHooks SessionService::Impl::stager_hooks() const
+{
+    ClassStagerHooks of_stager;
+    of_stager.websockets = hooks.websockets;
+    of_stager.make_ticket = hooks.make_ticket;
+    return of_stager;
 }
 
 ClientRelayParams SessionService::Impl::relay_params() const

@@ -174,6 +174,12 @@ asio::awaitable<result<Project>> ProjectFetcher::fetch(WebsiteProject website,
     co_return co_await impl_->fetch(*impl_->websites, std::move(order), std::move(world));
 }
 
+asio::awaitable<result<std::string>> ProjectFetcher::current_revision(ProjectRef project)
+{
+    auto& source = impl_->source_of(project);
+    return source.current_revision(std::move(project));
+}
+
 asio::awaitable<result<>> ProjectFetcher::restore(Project const& project, std::string file)
 {
     RestoreOrder order;

@@ -43,7 +43,8 @@ namespace {
 
 /// The first message of a browser that asks for a simulation; `monostate`: it left, or sent no valid request
 /// in time.
-using FirstRequest = std::variant<std::monostate, core::SimulationRequest, core::ReconnectMessage>;
+using FirstRequest =
+    std::variant<std::monostate, core::SimulationRequest, core::ReconnectMessage, core::StageMessage>;
 
 core::AdmissionLimits limits_of(SimulationServiceParams const& service,
                                 SimulationLauncherParams const& launcher)
@@ -81,6 +82,7 @@ struct SimulationService::Impl
     bool has_ticket(IncomingRequest const& request) const;
     bool admit(std::uint64_t id, ChannelInfo const& info, core::SimulationRequest const& request,
                Channel& channel);
+    bool may_stage(ChannelInfo const& info, Channel& channel);
     std::optional<Failure> refuse_way(ChannelInfo const& info) const;
     bool leads_to_simulation(IncomingRequest const& request) const;
     Answer forward(IncomingRequest const& request);
@@ -304,6 +306,21 @@ bool SimulationService::Impl::admit(std::uint64_t id, ChannelInfo const& info,
     return false;
 }
 
+/// Whether simulations are staged for who asks: a session server, with a ticket if we want one. Those who
+/// come through the gateway of one are browsers.
+bool SimulationService::Impl::may_stage(ChannelInfo const& info, Channel& channel)
+{
+    std::optional<Failure> why;
+    if (!info.public_address.empty())
+        why = core::refused(core::Refused::wrong_message,
+                            {{"words", "only session servers have simulations staged"}});
+    else if (hooks.refuse_ticket)
+        why = hooks.refuse_ticket(core::ticket_in(info.path));
+    if (why)
+        tell(channel, *why, false);
+    return !why;
+}
+
 /// Null: there is no simulation with such a token and port.
 SimulationSession const* SimulationService::Impl::simulation_at(core::GatewayPath const& path) const
 {
@@ -359,6 +376,8 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
         co_await impl_->simulate(id, std::move(info), std::move(*request), channel);
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&first))
         co_await impl_->reconnect(id, std::move(info), reconnect->token, channel);
+    else if (auto* stage = std::get_if<core::StageMessage>(&first); stage && impl_->may_stage(info, channel))
+        co_await impl_->stager.serve(id, std::move(stage->wishes), channel);
     --impl_->clients;
     impl_->context.log.info(LogCause("client"), concat(name, "Client disconnected"));
 }
@@ -415,6 +434,8 @@ asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint
             co_return std::move(*request);
         if (auto* reconnect = std::get_if<core::ReconnectMessage>(&message))
             co_return std::move(*reconnect);
+        if (auto* stage = std::get_if<core::StageMessage>(&message))
+            co_return std::move(*stage);
         if (std::holds_alternative<core::ResetControllerMessage>(message) ||
             std::holds_alternative<core::ReadFileMessage>(message) ||
             std::holds_alternative<core::WriteFileMessage>(message))

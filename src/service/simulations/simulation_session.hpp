@@ -63,6 +63,7 @@ struct SessionContext
     Stager* stager = nullptr; ///< Set before there are sessions.
     double load = 0;          ///< Of this machine when it was last measured, in percent.
     double memory = 0;        ///< In use then, in percent, by staged simulations too.
+    double cores = 0;         ///< Of this machine; 0: nobody knows.
     core::Admission admission;
     core::StartFigures starts;
     core::FetchFigures fetches; ///< For later starts.

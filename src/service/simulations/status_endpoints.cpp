@@ -55,6 +55,7 @@ StatusEndpoints::StatusEndpoints(SimulationServiceParams const& params, Simulati
       view_keys_(hooks.new_address_token)
 {
     describe_machine();
+    context_.cores = description_.cores;
 }
 
 void StatusEndpoints::measure(TimePoint due, std::size_t clients)
@@ -74,7 +75,7 @@ void StatusEndpoints::measure(TimePoint due, std::size_t clients)
     context_.memory = last_sample_.memory_used;
     auto without_staged = last_sample_;
     without_staged.memory_used = memory_of_browsers();
-    context_.load = core::load_of(formula, figures.cpu, without_staged);
+    context_.load = core::load_of(formula, cpu_of_browsers(figures.cpu), without_staged);
     average_.add(context_.load);
 
     figures.running = static_cast<int>(running());
@@ -112,6 +113,17 @@ std::size_t StatusEndpoints::fetches() const
 std::size_t StatusEndpoints::staged() const
 {
     return count([](SimulationSession const& session) { return session.is_staged(); });
+}
+
+/// Percent of the processors, of which `all` are busy, without what staged simulations use: nobody is refused
+/// for that.
+double StatusEndpoints::cpu_of_browsers(double all) const
+{
+    double staged = 0;
+    for (auto const& [id, session] : sessions_)
+        if (session->is_staged())
+            staged += session->processors();
+    return description_.cores > 0 ? std::max(0.0, all - 100 * staged / description_.cores) : all;
 }
 
 /// Percent that is in use, but for what staged simulations would give back.
@@ -229,6 +241,10 @@ LoadReport StatusEndpoints::report() const
             report.graphics_processors = description_.graphics_processors;
     }
     report.projects = context_.fetcher.cached();
+    int const for_classes =
+        std::min(params_.config.staged_for_classes, context_.admission.max_simulations() - 1);
+    if (for_classes > 0 && !report.draining)
+        report.staging = for_classes;
     return report;
 }
 

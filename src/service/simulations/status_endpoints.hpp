@@ -75,6 +75,7 @@ private:
     std::size_t running() const;
     std::size_t fetches() const;
     std::size_t staged() const;
+    double cpu_of_browsers(double all) const;
     double memory_of_browsers() const;
     std::vector<core::SimulationRow> rows() const;
     std::size_t capacity() const;

@@ -22,7 +22,7 @@ const AT_A_GLANCE = ['running', 'paused', 'starting', 'waiting', 'lost', 'away',
 export class Teacher {
   #memory = new TabMemory('webots.teacher');
   #socket = null;
-  #class = null; // {code, key, world, mode, seats, reserved, machines}
+  #class = null; // {code, key, world, mode, seats, reserved, staged, machines}
   #fetched = false; // the machines have the project
   #isFetchedAgain = false;
   #fetching = null;
@@ -137,6 +137,9 @@ export class Teacher {
       this.#wall.picture(message.picture.id, message.picture.jpeg);
     else if (message.reserved !== undefined) {
       this.#class.reserved = message.reserved;
+      this.#sayClass();
+    } else if (message.staged !== undefined) {
+      this.#class.staged = message.staged;
       this.#sayClass();
     } else if (message.world)
       this.#takeWorld(message.world);
@@ -272,13 +275,14 @@ export class Teacher {
   #sayClass() {
     if (this.#class === null)
       return;
-    const { code, world, seats, reserved, network } = this.#class;
+    const { code, world, seats, reserved, staged, network } = this.#class;
     invite(code, network);
     setText('where', code);
     setText('class-world', world);
     const waiting = this.#waiting;
     this.#sayNeeds();
     setText('reserved', waiting > 0 ? this.#waitingText(waiting) : reserved >= seats ? say('class.reservedAll', { seats }) : say('class.reserved', { seats, reserved }));
+    setText('staged', staged ? say('class.staged', staged) : '');
   }
 
   // Seats may be reserved, and somebody waits all the same: then why is what counts.

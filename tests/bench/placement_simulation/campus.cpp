@@ -1,6 +1,7 @@
 #include "campus.hpp"
 
 #include "randomness.hpp"
+#include "staged.hpp"
 
 #include <algorithm>
 #include <array>
@@ -65,10 +66,12 @@ struct MachineState
     std::size_t departed = 0; ///< Since it came up.
     std::array<double, samples> recent{};
     std::vector<std::uint32_t> cache; ///< Projects; the one used last is the first.
+    std::optional<StagedMachine> staged;
+    double staging = 0; ///< Percent, of the simulations that are being staged: reports leave it out.
 
     double wanted() const
     {
-        return std::accumulate(sessions.begin(), sessions.end(), base,
+        return std::accumulate(sessions.begin(), sessions.end(), base + staging,
                                [](double sum, Session const& session) { return sum + session.load; });
     }
     double visible(double now) const
@@ -97,6 +100,8 @@ public:
             machines_[machine].phase = std::floor(random_.uniform(0, report_every));
             machines_[machine].changes_at =
                 campus.mean_life > 0 ? random_.exponential(campus.mean_life) : 1e18;
+            if (campus.staged_worlds > 0)
+                machines_[machine].staged.emplace(most_popular(campus.staged_worlds), campus.staged_of_each);
         }
         for (std::size_t server = 0; server != campus.session_servers; ++server) {
             SchedulerParams params = campus.params;
@@ -153,11 +158,40 @@ private:
                 machine.sessions.clear();
                 machine.departed = 0;
                 machine.recent.fill(machine.base);
+                if (machine.staged)
+                    machine.staged->die();
             }
+            stage(machine, now);
             std::shift_right(machine.recent.begin(), machine.recent.end(), 1);
             double const sample = machine.visible(now) + random_.uniform(-noise, noise);
             machine.recent.front() = std::clamp(sample, 0.0, 100.0);
         }
+    }
+
+    void stage(MachineState& machine, double now)
+    {
+        if (!machine.staged || !machine.alive)
+            return;
+        double const load = std::accumulate(machine.recent.begin(), machine.recent.end(), 0.0) / samples;
+        bool const starts = std::ranges::any_of(
+            machine.sessions, [now](Session const& session) { return session.visible > now; });
+        machine.staged->live(now, machine.seats, static_cast<int>(machine.sessions.size()), load, starts);
+        machine.staging = machine.staged->starting(now) * machine.percent_per_cost;
+    }
+
+    /// Their addresses.
+    std::vector<std::string> most_popular(std::size_t count) const
+    {
+        std::vector<std::size_t> worlds(popularity_.size());
+        std::iota(worlds.begin(), worlds.end(), 0);
+        auto const part = [this](std::size_t world) {
+            return popularity_[world] - (world == 0 ? 0 : popularity_[world - 1]);
+        };
+        std::ranges::sort(worlds, std::greater(), part);
+        std::vector<std::string> addresses;
+        for (std::size_t rank = 0; rank != std::min(count, worlds.size()); ++rank)
+            addresses.push_back(address_of(worlds[rank]));
+        return addresses;
     }
 
     void report(double now)
@@ -322,12 +356,15 @@ private:
             if (campus_.cached_projects != 0) {
                 bool const is_warm = fetch(machine, project_key(address_of(visitor.world)));
                 warm_ += is_measured(visitor) && is_warm;
-                arrived_ += is_measured(visitor);
             }
+            arrived_ += is_measured(visitor);
             double const arrives =
                 campus_.way == Way::direct ? now + travel : relayed_at(now_, travel_random_);
+            bool const is_ready = machine.staged && machine.staged->take(address_of(visitor.world), false);
+            ready_ += is_measured(visitor) && is_ready;
             machine.sessions.push_back({visitor.world, visitor.cost * machine.percent_per_cost, arrives,
-                                        now + visible_after, now + visible_after + visitor.stays});
+                                        is_ready && !campus_.staged_show_late ? arrives : now + visible_after,
+                                        now + visible_after + visitor.stays});
         }
         return true;
     }
@@ -444,6 +481,7 @@ private:
         figures.longest_wait = longest_wait_;
         figures.stranded = 100 * stranded_ / users_;
         figures.warm = arrived_ > 0 ? 100 * warm_ / arrived_ : 0;
+        figures.ready = arrived_ > 0 ? 100 * ready_ / arrived_ : 0;
         figures.unevenness = spread_ / moments_;
         return figures;
     }
@@ -469,8 +507,9 @@ private:
     double waited_seconds_ = 0;
     double longest_wait_ = 0;
     double stranded_ = 0;
-    double arrived_ = 0; ///< Where caches are looked at,
-    double warm_ = 0;    ///< and of them.
+    double arrived_ = 0;
+    double warm_ = 0;
+    double ready_ = 0;
     double user_seconds_ = 0;
     double crammed_seconds_ = 0;
     double slow_seconds_ = 0;
@@ -499,6 +538,7 @@ CampusFigures average_campus(Campus const& campus, std::uint64_t seeds)
         mean.longest_wait = std::max(mean.longest_wait, day.longest_wait);
         mean.stranded += day.stranded / count;
         mean.warm += day.warm / count;
+        mean.ready += day.ready / count;
         mean.unevenness += day.unevenness / count;
     }
     return mean;

@@ -56,6 +56,9 @@ struct Campus
     bool others_known = false;       ///< Schedulers have seen others place sessions before.
     std::size_t cached_projects = 0; ///< How many a machine's cache holds, those used last; 0: not looked at.
     bool reports_projects = false;   ///< Peers::worlds tell which.
+    std::size_t staged_worlds = 0;   ///< Of the worlds started most often each machine has some ready:
+    int staged_of_each = 2;          ///< so many.
+    bool staged_show_late = false;   ///< What was ready shows in the load as late as what is started.
     Peers peers = Peers::counted;
     Knowledge knowledge = Knowledge::reports;
     std::string policy = "least_committed";
@@ -76,6 +79,7 @@ struct CampusFigures
     double longest_wait = 0;
     double stranded = 0;   ///< Of users: sent to a machine that was dead already.
     double warm = 0;       ///< Of users placed: where their project was in the cache.
+    double ready = 0;      ///< Of users placed: whose simulation was ready before.
     double unevenness = 0; ///< Percent: standard deviation of the load over machines, mean over time.
 };
 CampusFigures simulate_campus(Campus const& campus, std::uint64_t seed);

@@ -1,6 +1,7 @@
 #include "classroom.hpp"
 
 #include "randomness.hpp"
+#include "staged.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,12 +19,16 @@ TimePoint at(double time)
     return TimePoint(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(3600 + time)));
 }
 
+constexpr char const* world_of_class = "world";
+
 struct MachineState
 {
     double base = 0;
     double next_report = 0;
     std::vector<double> placed;
     std::vector<double> arrived;
+    std::vector<double> visible; ///< When the load shows each of them.
+    std::optional<StagedMachine> staged;
 };
 
 class Lesson
@@ -38,6 +43,8 @@ public:
             machines_[machine].base = random_.uniform(0, room.max_base_load);
             machines_[machine].next_report =
                 first_report + random_.uniform(-2 * room.report_every, -room.report_every);
+            if (room.staged > 0)
+                machines_[machine].staged.emplace(std::vector<std::string>{world_of_class}, room.staged);
         }
         for (std::size_t server = 0; server != room.session_servers; ++server) {
             SchedulerParams params;
@@ -60,12 +67,14 @@ public:
         ask_for_nobody(seating);
         for (double const click : clicks) {
             now_ = std::max(now_, click);
+            stage_until(now_);
             report_until(now_);
             auto const server =
                 static_cast<std::size_t>(random_.uniform() * static_cast<double>(schedulers_.size()));
             if (!send(schedulers_[server]))
                 ++seating.refused;
         }
+        seating.ready = ready_;
         for (MachineState const& machine : machines_)
             seating.per_machine.push_back(static_cast<int>(machine.placed.size()));
         return seating;
@@ -87,10 +96,27 @@ private:
         MachineState& chosen = machine(placement->address);
         chosen.placed.push_back(now_);
         chosen.arrived.push_back(room_.way == Way::direct ? now_ + room_.travel : relayed_at(now_, random_));
+        bool const is_ready = chosen.staged && chosen.staged->take(world_of_class, true);
+        ready_ += is_ready;
+        chosen.visible.push_back(is_ready ? chosen.arrived.back() : now_ + room_.visible_after);
         return true;
     }
 
     MachineState& machine(std::string_view name) { return machines_[std::stoul(std::string(name))]; }
+
+    /// Long enough before the first click for all to be ready.
+    void stage_until(double now)
+    {
+        for (; next_second_ <= now; ++next_second_)
+            for (MachineState& machine : machines_) {
+                if (!machine.staged)
+                    continue;
+                int const here = until(machine.arrived, next_second_);
+                int const running = until(machine.visible, next_second_);
+                double const load = machine.base + room_.session_load * running;
+                machine.staged->live(next_second_, room_.seats, here, load, running < here);
+            }
+    }
 
     void ask_for_nobody(Seating& seating)
     {
@@ -127,14 +153,14 @@ private:
     {
         double sum = 0;
         for (int sample = 0; sample != room_.samples; ++sample) {
-            int const running = until(machine.placed, now - sample - room_.visible_after);
+            int const running = until(machine.visible, now - sample);
             double const noise = random_.uniform(-room_.noise, room_.noise);
             sum += std::clamp(machine.base + room_.session_load * running + noise, 0.0, 100.0);
         }
         LoadReport report(sum / room_.samples);
         if (room_.counted) {
             report.sessions = until(machine.arrived, now);
-            report.starting = *report.sessions - until(machine.placed, now - room_.visible_after);
+            report.starting = *report.sessions - std::min(*report.sessions, until(machine.visible, now));
             if (room_.capacity > 0)
                 report.capacity = room_.capacity;
             if (room_.arrivals) {
@@ -147,6 +173,8 @@ private:
 
     Classroom const& room_;
     double now_ = -room_.minute;
+    double next_second_ = -300;
+    int ready_ = 0;
     Randomness random_;
     std::vector<MachineState> machines_;
     std::vector<Scheduler> schedulers_;
@@ -168,11 +196,13 @@ ClassroomFigures average_classroom(Classroom const& room, std::uint64_t seeds)
         for (int const sessions : seating.per_machine)
             figures.crammed += sessions > room.seats ? sessions : 0;
         figures.refused += seating.refused;
+        figures.ready += seating.ready;
     }
     auto const count = static_cast<double>(seeds);
     figures.worst /= count;
     figures.crammed /= count;
     figures.refused /= count;
+    figures.ready /= count;
     return figures;
 }
 

@@ -31,6 +31,7 @@ struct Classroom
     bool counted = true;             ///< Machines report `sessions` and `starting`, not only a number.
     bool arrivals = false;           ///< Machines that do count arrivals, too.
     int capacity = 0;                ///< What machines that do report as theirs; 0: nothing.
+    int staged = 0;                  ///< Each machine has so many of the class's world ready.
     int unclaimed = 0;               ///< Requests in the minute before, of which nobody comes.
     std::size_t session_servers = 1; ///< That share the machines without talking to each other.
     std::string policy = "least_committed";
@@ -43,6 +44,7 @@ struct Seating
 {
     std::vector<int> per_machine;
     int refused = 0; ///< Students who were told that no server is available.
+    int ready = 0;   ///< Students whose simulation was ready before they asked.
 };
 Seating seat(Classroom const& room, std::uint64_t seed);
 
@@ -52,6 +54,7 @@ struct ClassroomFigures
     double worst = 0;   ///< Sessions on the fullest machine.
     double crammed = 0; ///< Students on a machine with more sessions than seats.
     double refused = 0;
+    double ready = 0;
 };
 ClassroomFigures average_classroom(Classroom const& room, std::uint64_t seeds);
 

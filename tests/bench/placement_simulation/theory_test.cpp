@@ -189,6 +189,54 @@ BOOST_AUTO_TEST_CASE(five_session_servers_that_ask_before_placing_seat_a_class_a
     BOOST_TEST(asked == average_classroom(room, 100).worst);
 }
 
+BOOST_AUTO_TEST_CASE(a_class_whose_seats_are_staged_is_seated_as_evenly)
+{
+    for (bool const arrivals : {false, true})
+        for (int const capacity : {0, 8}) {
+            Classroom room;
+            room.arrivals = arrivals;
+            room.capacity = capacity;
+            room.staged = 6;
+            ClassroomFigures const figures = average_classroom(room, 100);
+            BOOST_TEST(figures.worst == 6.0);
+            BOOST_TEST(figures.crammed == 0);
+            BOOST_TEST(figures.refused == 0);
+            BOOST_TEST(figures.ready == 60);
+        }
+}
+
+BOOST_AUTO_TEST_CASE(a_class_that_has_more_staged_than_seats_gets_them_all)
+{
+    Classroom room;
+    room.machines = 8;
+    room.capacity = 8;
+    ClassroomFigures const before = average_classroom(room, 100);
+    room.staged = 100;
+    ClassroomFigures const figures = average_classroom(room, 100);
+    BOOST_TEST(figures.refused <= before.refused);
+    BOOST_TEST(figures.crammed <= before.crammed);
+    BOOST_TEST(figures.ready > 50);
+}
+
+// Sessions that show in the load at once have the others of the day placed elsewhere, which moves both
+// figures by as much as another seed does, up and down. What staging takes from others is seen where they
+// show as late as ever.
+BOOST_AUTO_TEST_CASE(what_is_staged_refuses_nobody_and_crams_nobody)
+{
+    for (Peers const peers : {Peers::counted, Peers::seated, Peers::worlds}) {
+        Campus campus;
+        campus.peers = peers;
+        campus.length = 3600;
+        CampusFigures const before = average_campus(campus, 10);
+        campus.staged_worlds = 5;
+        campus.staged_show_late = true;
+        CampusFigures const figures = average_campus(campus, 10);
+        BOOST_TEST(figures.refused <= before.refused);
+        BOOST_TEST(figures.crammed <= before.crammed * 1.01);
+        BOOST_TEST(figures.ready > 10);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(on_unequal_machines_fewer_users_are_crammed_than_under_any_other_policy)
 {
     Campus campus;

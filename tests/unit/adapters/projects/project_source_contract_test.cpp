@@ -19,6 +19,7 @@
 
 #include <fstream>
 #include <optional>
+#include <set>
 #include <sstream>
 
 using namespace webots_cloud;
@@ -204,6 +205,36 @@ BOOST_AUTO_TEST_CASE(sources_of_forges_say_what_refs_mean_to_them)
 {
     BOOST_TEST((Fixture<Directory>().source->ref_meaning() == RefMeaning::none));
     BOOST_TEST((Fixture<Git>().source->ref_meaning() == RefMeaning::git));
+}
+
+BOOST_AUTO_TEST_CASE(a_plain_folder_tells_that_it_has_changed_and_others_do_not_know)
+{
+    Fixture<Directory> fixture;
+    auto const order = fixture.order();
+    auto const now = [&] { return fixture.run(fixture.source->current_revision(order.project)).value(); };
+    auto const fetched = fixture.fetch(order);
+    BOOST_TEST_REQUIRE(fetched.has_value());
+    BOOST_TEST(fetched->revision == now());
+    auto const program = fixture.folder / "projects" / Directory::project / "controllers" / "c" / "c.py";
+    auto const added = program.parent_path() / "more.py";
+    std::set<std::string> revisions{now()};
+    write(program, "y");
+    revisions.insert(now());
+    write(added, "z");
+    revisions.insert(now());
+    fs::remove(added);
+    revisions.insert(now());
+    write(program, std::string(1000, 'x')); // as it was, but later
+    revisions.insert(now());
+    BOOST_TEST(revisions.size() == 5u);
+    BOOST_TEST(now() == now());
+
+    fs::remove_all(program.parent_path().parent_path().parent_path());
+    auto const gone = fixture.run(fixture.source->current_revision(order.project));
+    BOOST_TEST((!gone && gone.error() == errc::unavailable));
+    Fixture<Git> git;
+    auto const unknown = git.run(git.source->current_revision(git.order().project));
+    BOOST_TEST((!unknown && unknown.error() == errc::unavailable));
 }
 
 BOOST_AUTO_TEST_CASE_TEMPLATE(what_is_neither_folder_nor_file_stays_out, Kind, Kinds)

@@ -862,6 +862,40 @@ BOOST_AUTO_TEST_CASE(a_teachers_page_is_told_of_64_machines_at_most)
     BOOST_TEST(fixture.row.at("machines").as_array().size() == 64u);
 }
 
+BOOST_AUTO_TEST_CASE(teachers_are_told_how_many_of_the_seats_nobody_has_taken_are_ready)
+{
+    Fixture fixture;
+    fixture.free_seats = 30;
+    auto const teacher = fixture.open_class(3);
+    BOOST_TEST(!fixture.row.contains("staged"));
+    auto const wishes = fixture.book.staging_wishes();
+    BOOST_TEST_REQUIRE(wishes.size() == 1u);
+    BOOST_TEST(wishes[0].url == world);
+    BOOST_TEST(wishes[0].mode == "mjpeg");
+    BOOST_TEST(wishes[0].count == 3);
+    auto const note = [&fixture, teacher](std::vector<int> const& ready) {
+        fixture.told[teacher].clear();
+        fixture.book.note_ready(ready);
+        fixture.collect();
+        return fixture.told[teacher];
+    };
+    using Texts = std::vector<std::string>;
+    BOOST_TEST(note({}) == Texts(), boost::test_tools::per_element()); // no machine stages any
+    BOOST_TEST(note({2}) == Texts{R"({"staged":{"ready":2,"seats":3}})"}, boost::test_tools::per_element());
+    BOOST_TEST(note({2}) == Texts(), boost::test_tools::per_element());
+    auto const other = fixture.connect();
+    auto const entered = fixture.say(
+        other, concat(R"({"teach":{"key":)", boost::json::serialize(fixture.row.at("key")), "}}"));
+    BOOST_TEST(entered.at(0).find(R"("staged":{"ready":2,"seats":3})") != std::string::npos, entered.at(0));
+
+    (void)fixture.join("Ada");
+    auto const asked = fixture.book.ask_for_seat(fixture.seat, fixture.now);
+    fixture.book.take_seat(fixture.seat, asked, StudentMachine(), fixture.now);
+    BOOST_TEST(fixture.book.staging_wishes()[0].count == 2);
+    BOOST_TEST(note({2}) == Texts{R"({"staged":{"ready":2,"seats":2}})"}, boost::test_tools::per_element());
+    BOOST_TEST(note({}) == Texts{R"({"staged":null})"}, boost::test_tools::per_element());
+}
+
 BOOST_AUTO_TEST_CASE(a_book_without_connections_holds_nothing)
 {
     Fixture fixture;

@@ -1072,6 +1072,13 @@ BOOST_AUTO_TEST_CASE(worlds_are_staged_in_numbers_and_modes_and_only_as_programs
                     "expected the address of a world on one of the \"forges\""));
     for (auto const* staged : {R"({"staged":"a"})", R"({"staged":["a"]})", R"({"staged":[{"count":1}]})"})
         BOOST_TEST(says(parse_simulation_config(staged, "c.json"), "\"staged\""), staged);
+
+    BOOST_TEST(plain.staged_for_classes == 30);
+    auto const slurm =
+        parse_simulation_config(R"({"server":"h","launcher":{"slurm":{}}})", "c.json").value().config;
+    BOOST_TEST(slurm.service.staged_for_classes == 0);
+    BOOST_TEST(says(parse_simulation_config(R"({"docker":true,"stagedForClasses":1})", "c.json"),
+                    "expected 0 together with \"docker\" or \"launcher\""));
 }
 
 BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)

@@ -169,6 +169,38 @@ BOOST_AUTO_TEST_CASE(init_goes_before_start)
         (message == ClientMessage(MalformedMessage{"\"init\" must have three to nine elements, not 1"})));
 }
 
+// Protocol 13.20.
+BOOST_AUTO_TEST_CASE(session_servers_say_what_is_to_be_ready_and_hear_what_is)
+{
+    StageMessage wanted;
+    wanted.wishes.resize(2);
+    wanted.wishes[0].url = "https://github.com/o/r/blob/m/worlds/a.wbt";
+    wanted.wishes[0].mode = "mjpeg";
+    wanted.wishes[0].count = 15;
+    BOOST_TEST((parse_client_message(stage_message(wanted.wishes)) == ClientMessage(wanted)));
+    BOOST_TEST((parse_client_message(R"({"stage":[]})") == ClientMessage(StageMessage())));
+    for (auto const* wrong :
+         {"5", "{}", "[5]", R"([{"url":"a","mode":"x3d"}])", R"([{"url":"a","mode":"x3d","count":-1}])",
+          R"([{"url":"a","mode":"x3d","count":10001}])", R"([{"url":"a","count":1}])",
+          R"([{"url":5,"mode":"x3d","count":1}])"}) {
+        auto const message = parse_client_message(std::string(R"({"stage":)") + wrong + "}");
+        BOOST_TEST(std::holds_alternative<MalformedMessage>(message), wrong);
+    }
+    wanted.wishes.resize(max_staging_wishes + 1);
+    BOOST_TEST(std::holds_alternative<MalformedMessage>(parse_client_message(stage_message(wanted.wishes))));
+
+    std::vector<StagedFigure> figures(1);
+    figures[0].url = "u";
+    figures[0].mode = "x3d";
+    figures[0].ready = 12;
+    figures[0].taken = 3;
+    BOOST_TEST((parse_staged_message(staged_message(figures)) == figures));
+    for (auto const* wrong : {"loading: Error: no", "[]", "{}", R"({"staged":5})",
+                              R"({"staged":[{"url":"u","mode":"x3d","ready":-1,"taken":0}]})",
+                              R"({"staged":[{"url":"u","mode":"x3d","ready":1}]})"})
+        BOOST_TEST(!parse_staged_message(wrong).has_value(), wrong);
+}
+
 // Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(objects_that_ask_for_nothing_are_ignored)
 {

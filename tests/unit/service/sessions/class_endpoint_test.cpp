@@ -9,6 +9,7 @@
 #include <webots_cloud/testing/loopback_channel.hpp>
 #include <webots_cloud/testing/recording_log.hpp>
 #include <webots_cloud/testing/scripted_http.hpp>
+#include <webots_cloud/testing/scripted_websockets.hpp>
 #include <webots_cloud/testing/world.hpp>
 
 #include <algorithm>
@@ -46,13 +47,17 @@ SessionServiceHooks hooks_with_random()
     return hooks;
 }
 
+constexpr std::string_view old_machine =
+    R"({"load":1E1,"sessions":0,"starting":0,"capacity":5,"memory":1E1,"arrivals":0})";
+
 /// A session server with one machine of ours that has five places, and one of others.
 struct Fixture
 {
     explicit Fixture(SessionServiceParams params = params_with_password(),
-                     SessionServiceHooks hooks = hooks_with_random())
-        : http(world.clock), monitor(http, world.clock),
-          service(std::move(params), fleet, monitor, scheduler, world.clock, log.logger(), std::move(hooks)),
+                     SessionServiceHooks hooks = hooks_with_random(), std::string_view report = old_machine)
+        : ours(report), http(world.clock), monitor(http, world.clock),
+          service(std::move(params), fleet, monitor, scheduler, world.clock, log.logger(),
+                  with_sockets(std::move(hooks))),
           tasks(world.executor())
     {
         http.expect("GET http://a:2000/load").reply(200, ours).always();
@@ -70,6 +75,12 @@ struct Fixture
             browser.browser_leaves();
         world.settle();
         world.run(tasks.join());
+    }
+
+    SessionServiceHooks with_sockets(SessionServiceHooks hooks)
+    {
+        hooks.websockets = &sockets;
+        return hooks;
     }
 
     testing::LoopbackChannel& connect(std::string path = "/class", std::string query = {},
@@ -135,13 +146,14 @@ struct Fixture
         return get("/metrics").body.find(line + "\n") != std::string::npos;
     }
 
-    std::string ours = R"({"load":1E1,"sessions":0,"starting":0,"capacity":5,"memory":1E1,"arrivals":0})";
+    std::string ours;
     std::string code;
     std::string key;
     std::string seat; ///< The token of the last student for seats.
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedHttp http;
+    testing::ScriptedWebSockets sockets{world.clock};
     Fleet fleet;
     LoadMonitor monitor;
     Scheduler scheduler;
@@ -162,6 +174,22 @@ auto count(testing::LoopbackChannel const& browser, std::string_view text)
     return std::count_if(browser.sent.begin(), browser.sent.end(),
                          [text](std::string const& each) { return each.starts_with(text); });
 }
+
+std::string stage_message(int count)
+{
+    return concat(R"({"stage":[{"url":")", world_url, R"(","mode":"mjpeg","count":)", std::to_string(count),
+                  "}]}");
+}
+
+std::string staged_message(int ready, int taken)
+{
+    return concat(R"({"staged":[{"url":")", world_url, R"(","mode":"mjpeg","ready":)", std::to_string(ready),
+                  R"(,"taken":)", std::to_string(taken), "}]}");
+}
+
+constexpr std::string_view staging_machine =
+    R"({"load":1E1,"sessions":0,"capacity":5,"memory":1E1,"arrivals":0,"staging":4})";
+constexpr auto machine_url = "ws://a:2000/ticket/for-a:2000/client";
 
 constexpr std::string_view none_free = "Error: no simulation server available at the moment.";
 
@@ -403,6 +431,80 @@ BOOST_AUTO_TEST_CASE(the_log_knows_who_guesses_and_nothing_of_a_class)
     for (auto const& secret : {std::string("Lovelace"), std::string("Look here"), std::string("guess\""),
                                fixture.code, fixture.key, fixture.seat, std::string("secret")})
         BOOST_TEST(all.find(secret) == std::string::npos, all);
+}
+
+// Protocol section 13.20.
+BOOST_AUTO_TEST_CASE(machines_have_simulations_ready_for_the_seats_of_a_class)
+{
+    Fixture fixture(params_with_password(), hooks_with_random(), staging_machine);
+    fixture.sockets.expect(machine_url).accept();
+    auto& teacher = fixture.open_class(3);
+    fixture.world.advance(1s);
+    BOOST_REQUIRE(fixture.sockets.accepted() == 1u);
+    auto& machine = fixture.sockets.peer(0);
+    BOOST_TEST(machine.received() == std::vector<std::string>{stage_message(3)},
+               boost::test_tools::per_element());
+    machine.says(staged_message(2, 0));
+    fixture.world.advance(1s);
+    BOOST_TEST(teacher.was_told(R"({"staged":{"ready":2,"seats":3}})"));
+
+    (void)fixture.join("Ada");
+    (void)fixture.get("/session", concat("class=", fixture.seat));
+    machine.says(staged_message(2, 1)); // it had three by then
+    fixture.world.advance(1s);
+    BOOST_TEST(machine.received().back() == stage_message(2));
+    BOOST_TEST(teacher.was_told(R"({"staged":{"ready":2,"seats":2}})"));
+    auto const said = machine.received().size();
+    for (int i = 0; i < 20; ++i) { // both show that they live
+        machine.says(staged_message(2, 1));
+        fixture.world.advance(2s);
+    }
+    BOOST_TEST(machine.received().size() > said + 2);
+    BOOST_TEST(machine.received().size() < said + 6);
+
+    fixture.say(teacher, R"({"close":true})");
+    fixture.world.advance(1s);
+    BOOST_TEST(machine.close_code().has_value());
+    fixture.world.advance(30s);
+    BOOST_TEST(fixture.sockets.accepted() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(a_machine_that_does_not_answer_as_it_should_is_asked_again_later)
+{
+    Fixture fixture(params_with_password(), hooks_with_random(), staging_machine);
+    fixture.sockets.expect(machine_url).fail(Failure(errc::unreachable, "no")).always();
+    auto& teacher = fixture.open_class(3);
+    fixture.world.advance(9s);
+    BOOST_TEST(fixture.sockets.requests().size() == 1u);
+    BOOST_TEST(teacher.was_told(R"({"staged":{"ready":0,"seats":3}})"));
+    fixture.world.advance(3s);
+    BOOST_TEST(fixture.sockets.requests().size() == 2u);
+    BOOST_TEST(fixture.log.contains("a:2000 has nothing ready for classes at the moment"));
+}
+
+BOOST_AUTO_TEST_CASE(a_machine_that_falls_silent_or_says_nonsense_is_left)
+{
+    Fixture fixture(params_with_password(), hooks_with_random(), staging_machine);
+    fixture.sockets.expect(machine_url).accept().always();
+    (void)fixture.open_class(3);
+    fixture.world.advance(1s);
+    fixture.sockets.peer(0).says("loading: Error: nonsense");
+    fixture.world.settle();
+    BOOST_TEST(fixture.sockets.peer(0).dropped_at().has_value());
+    BOOST_TEST(fixture.log.contains("loading: Error: nonsense"));
+    fixture.world.advance(12s);
+    BOOST_REQUIRE(fixture.sockets.accepted() == 2u);
+    fixture.world.advance(31s);
+    BOOST_TEST(fixture.sockets.peer(1).dropped_at().has_value());
+}
+
+BOOST_AUTO_TEST_CASE(machines_that_stage_nothing_are_not_asked)
+{
+    Fixture fixture;
+    auto& teacher = fixture.open_class(3);
+    fixture.world.advance(5s);
+    BOOST_TEST(fixture.sockets.requests().empty());
+    BOOST_TEST(!teacher.was_told(R"({"staged")"));
 }
 
 BOOST_AUTO_TEST_CASE(the_paths_of_the_page)

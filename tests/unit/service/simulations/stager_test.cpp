@@ -1,6 +1,8 @@
 // Simulations that are ready before anybody asks, in virtual time.
 #include "simulation_fixture.hpp"
 
+#include "core/text.hpp"
+
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/testing/memory_text_files.hpp>
 
@@ -22,6 +24,18 @@ constexpr auto start_message =
 constexpr auto start_in_mode =
     R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"x3d"}})";
 constexpr auto init_message = R"({"init":["https://w.org","robots","a.wbt"]})";
+
+std::string stage_message_of(int count)
+{
+    return core::concat(R"({"stage":[{"url":")", world, R"(","mode":"mjpeg","count":)", std::to_string(count),
+                        "}]}");
+}
+
+std::string staged_message_of(int ready, int taken)
+{
+    return core::concat(R"({"staged":[{"url":")", world, R"(","mode":"mjpeg","ready":)",
+                        std::to_string(ready), R"(,"taken":)", std::to_string(taken), "}]}");
+}
 
 SimulationServiceConfig staging_config(int count, Duration max_age = 600s)
 {
@@ -355,6 +369,23 @@ BOOST_AUTO_TEST_CASE(a_new_commit_and_age_have_it_replaced)
     fixture.leave(browser);
 }
 
+BOOST_AUTO_TEST_CASE(a_changed_folder_has_it_replaced_before_anybody_asks)
+{
+    Fixture fixture;
+    fixture.source.tells_revision = true;
+    fixture.source.revision = "folder 1";
+    fixture.stage_one();
+    fixture.world.advance(60s);
+    BOOST_TEST(fixture.processes.started().size() == 1u);
+    fixture.processes.expect().prints(".\n");
+    fixture.source.revision = "folder 2";
+    fixture.world.advance(5s);
+    BOOST_TEST(fixture.processes.started().size() == 2u);
+    BOOST_TEST(fixture.ready() == 1);
+    fixture.world.advance(60s);
+    BOOST_TEST(fixture.processes.started().size() == 2u);
+}
+
 BOOST_AUTO_TEST_CASE(one_that_is_killed_or_ended_by_the_operator_is_replaced_later_and_later)
 {
     Fixture fixture;
@@ -398,6 +429,52 @@ BOOST_AUTO_TEST_CASE(a_world_that_fails_is_tried_seldom_and_counts_as_no_failed_
     BOOST_TEST(fixture.source.directories().empty());
 }
 
+// It ends at once, prints garbage and crashes, never loads and does not end when it is told to, dies when it
+// is ready, or does not stay paused.
+BOOST_AUTO_TEST_CASE(two_hundred_stagings_of_a_hostile_world_leave_nothing_and_no_seat_is_lost)
+{
+    constexpr std::size_t stagings = 200;
+    Fixture fixture(3);
+    for (std::size_t i = 0; i < stagings; ++i) {
+        auto& script = fixture.processes.expect();
+        switch (i % 5) {
+        case 0:
+            script.exits(1);
+            break;
+        case 1:
+            script.prints(std::string(100'000, '\0') + "\xff\n\n").crashes(SIGSEGV);
+            break;
+        case 2:
+            script.stubborn();
+            break;
+        case 3:
+            script.prints(".\n").after(100ms).exits(0);
+            break;
+        default:
+            script.prints(".\n").after(100ms).prints("real-time\n");
+        }
+    }
+    fixture.stage();
+    std::size_t minutes = 0;
+    for (; fixture.processes.started().size() < stagings && minutes < 48 * 60; ++minutes) {
+        fixture.world.advance(60s);
+        BOOST_TEST_REQUIRE(fixture.processes.alive() <= 1);
+    }
+    BOOST_TEST(fixture.processes.started().size() == stagings);
+    BOOST_TEST(minutes > stagings * 4); // five minutes apart after the first nine
+    fixture.stage(simulation_service_params().config);
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.processes.alive() == 0);
+    BOOST_TEST(fixture.source.directories().empty());
+    for (int i = 0; i < 3; ++i) {
+        fixture.processes.expect().prints("open\n");
+        BOOST_TEST(fixture.start(init_message).was_told("webots:"));
+    }
+    for (auto const& browser : fixture.browsers)
+        browser->browser_leaves();
+    fixture.world.settle();
+}
+
 BOOST_AUTO_TEST_CASE(a_world_that_does_not_stay_paused_is_not_staged)
 {
     Fixture fixture;
@@ -436,6 +513,128 @@ BOOST_AUTO_TEST_CASE(a_browser_that_comes_when_it_crashes_gets_another_one)
     fixture.world.settle();
     BOOST_TEST(browser.was_told("webots:"));
     fixture.leave(browser);
+}
+
+// Protocol section 13.20.
+BOOST_AUTO_TEST_CASE(a_session_server_has_simulations_staged_as_long_as_it_is_there)
+{
+    Fixture fixture(5);
+    BOOST_TEST(fixture.report().staging.value() == 4); // one seat stays free
+    for (int i = 0; i < 3; ++i)
+        fixture.processes.expect().prints(".\n");
+    auto& classes = fixture.say({}, stage_message_of(2));
+    BOOST_TEST(fixture.ready() == 2);
+    BOOST_TEST(classes.sent.back() == staged_message_of(2, 0));
+    BOOST_TEST(fixture.report().sessions.value() == 0);
+
+    auto& browser = fixture.start();
+    BOOST_TEST(browser.was_told("webots:"));
+    BOOST_TEST(classes.sent.back() == staged_message_of(1, 1));
+    fixture.world.advance(5s);
+    BOOST_TEST(fixture.ready() == 1); // the student's seat is used: no other one is made
+    fixture.leave(browser);
+    classes.browser_says(stage_message_of(2)); // it is free again
+    fixture.world.settle();
+    BOOST_TEST(fixture.ready() == 2);
+    BOOST_TEST(classes.sent.back() == staged_message_of(2, 1));
+
+    fixture.leave(classes);
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.processes.alive() == 0);
+    BOOST_TEST(fixture.launcher.running() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_session_server_that_falls_silent_or_says_something_else_is_forgotten)
+{
+    Fixture fixture(5);
+    for (int i = 0; i < 3; ++i)
+        fixture.processes.expect().prints(".\n");
+    auto& lost = fixture.say({}, stage_message_of(1));
+    for (int i = 0; i < 3; ++i) {
+        fixture.world.advance(20s);
+        lost.browser_says(stage_message_of(1));
+        fixture.world.settle();
+        BOOST_TEST(fixture.ready() == 1);
+    }
+    fixture.world.advance(31s);
+    BOOST_TEST(lost.close_code.has_value());
+    BOOST_TEST(fixture.ready() == 0);
+
+    auto& confused = fixture.say({}, stage_message_of(1));
+    BOOST_TEST(fixture.ready() == 1);
+    confused.browser_says(R"({"start":{"url":"u"}})");
+    fixture.world.settle();
+    BOOST_TEST(confused.close_code.has_value());
+    BOOST_TEST(fixture.ready() == 0);
+
+    auto& flood = fixture.say({}, stage_message_of(1));
+    for (int i = 0; i < 50; ++i)
+        flood.browser_says(stage_message_of(1));
+    fixture.world.settle();
+    BOOST_TEST(flood.close_code.has_value());
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.processes.alive() == 0);
+}
+
+BOOST_AUTO_TEST_CASE(session_servers_have_no_more_staged_than_the_operator_allows)
+{
+    Fixture fixture(9);
+    for (int i = 0; i < 4; ++i)
+        fixture.processes.expect().prints(".\n");
+    auto config = staging_config(1);
+    config.staged_for_classes = 3;
+    fixture.stage(config);
+    BOOST_TEST(fixture.report().staging.value() == 3);
+    auto& first = fixture.say({}, stage_message_of(2));
+    auto& second = fixture.say({}, stage_message_of(10'000));
+    BOOST_TEST(fixture.ready() == 4); // with that of the configuration
+    BOOST_TEST(first.sent.back() == staged_message_of(2, 0));
+    BOOST_TEST(second.sent.back() == staged_message_of(2, 0)); // whose they are is not kept
+    config.staged_for_classes = 0;
+    fixture.stage(config);
+    BOOST_TEST(fixture.ready() == 1);
+    BOOST_TEST(!fixture.report().staging.has_value());
+    BOOST_TEST(fixture.say({}, stage_message_of(1)).sent.back() ==
+               "loading: Error: Wrong message: nothing more is staged here for classes.");
+    fixture.leave(first);
+    fixture.leave(second);
+}
+
+BOOST_AUTO_TEST_CASE(only_worlds_that_could_be_started_are_staged_for_classes)
+{
+    Fixture fixture(5);
+    auto& classes = fixture.say(
+        {},
+        R"({"stage":[{"url":"https://elsewhere.org/o/r/blob/main/worlds/a.wbt","mode":"mjpeg","count":2},)"
+        R"({"url":"https://github.com/other/r/blob/main/worlds/a.wbt","mode":"mjpeg","count":2},)"
+        R"({"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"4d","count":2}]})");
+    fixture.world.advance(5s);
+    BOOST_TEST(fixture.processes.started().empty());
+    BOOST_TEST(fixture.ready() == 0);
+    fixture.leave(classes);
+}
+
+BOOST_AUTO_TEST_CASE(browsers_behind_a_session_server_and_those_without_a_ticket_have_nothing_staged)
+{
+    auto hooks = simulation_service_hooks();
+    hooks.refuse_ticket = [](std::string_view ticket) {
+        return ticket == "good" ? std::optional<Failure>() : Failure(errc::refused, "No ticket.");
+    };
+    Fixture fixture(5, std::move(hooks));
+    BOOST_TEST(fixture.say({}, stage_message_of(1)).sent.back() == "loading: Error: No ticket.");
+    ChannelInfo info;
+    info.path = "/ticket/good/client";
+    info.public_address = "wss://site.org/2000";
+    auto& browser = fixture.connect_as(info);
+    browser.browser_says(stage_message_of(1));
+    fixture.world.settle();
+    BOOST_TEST(browser.was_told("loading: Error: "));
+    fixture.processes.expect().prints(".\n");
+    auto& server = fixture.connect({}, "/ticket/good/client");
+    server.browser_says(stage_message_of(1));
+    fixture.world.settle();
+    BOOST_TEST(fixture.ready() == 1);
+    fixture.leave(server);
 }
 
 BOOST_AUTO_TEST_CASE(nothing_is_staged_while_a_browser_waits_for_its_start)
