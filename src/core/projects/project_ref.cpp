@@ -77,11 +77,11 @@ std::optional<Failure> bad_name(ProjectRef const& project)
     if (!is_forge_name(project.repository) || core::without_dot_git(project.repository) != project.repository)
         return bad_part("name of a repository", project.repository);
     // Where the ref ends is unknown yet, so its parts obey the rule for files and folders, too.
-    auto const others =
-        project.world.empty() ? project.ref_and_folder : concat(project.ref_and_folder, "/", project.world);
-    for (auto const part : core::split(others, '/'))
+    for (auto const part : core::split(project.ref_and_folder, '/'))
         if (!core::is_safe_file_name(part))
             return bad_part("name of a branch, folder or file", part);
+    if (!project.world.empty() && !core::is_safe_file_name(project.world))
+        return bad_part("name of a branch, folder or file", project.world);
     return std::nullopt;
 }
 
