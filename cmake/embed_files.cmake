@@ -1,5 +1,6 @@
 # Run by webots_cloud_embed: writes one C++ source that has the assembler include all files, as they are and compressed. (As arrays
-# a megabyte would take the compiler seconds.)
+# a megabyte would take the compiler seconds.) Pages name their own scripts and style sheets with what they contain, as viewer.js?v=<digits>,
+# so that browsers never ask for the same one again; answers say so where the digits are right (SessionService).
 cmake_policy(VERSION 3.25)
 set(types "html=text/html\\; charset=UTF-8" "css=text/css" "js=text/javascript" "mjs=text/javascript" "svg=image/svg+xml" "png=image/png"
     "json=application/json" "wasm=application/wasm" "md=text/plain\\; charset=UTF-8")
@@ -22,11 +23,41 @@ function(include_file label path)
     set(declarations "${declarations}" PARENT_SCOPE)
 endfunction()
 
-foreach(name IN LISTS names)
-    set(path "${ROOT}/${name}")
-    if(name MATCHES "^([^=]*)=(.*)$") # one of another place
-        set(name "${CMAKE_MATCH_1}")
-        set(path "${CMAKE_MATCH_2}")
+# find_file_of(ENTRY): `name` and `path` of an entry of the list.
+function(find_file_of entry)
+    set(name "${entry}" PARENT_SCOPE)
+    set(path "${ROOT}/${entry}" PARENT_SCOPE)
+    if(entry MATCHES "^([^=]*)=(.*)$") # one of another place
+        set(name "${CMAKE_MATCH_1}" PARENT_SCOPE)
+        set(path "${CMAKE_MATCH_2}" PARENT_SCOPE)
+    endif()
+endfunction()
+
+foreach(entry IN LISTS names)
+    find_file_of("${entry}")
+    if(name MATCHES "\\.(css|js)$")
+        file(READ "${path}" text)
+        string(SHA256 hash "\n${text}")
+        string(SUBSTRING ${hash} 0 16 hash)
+        set("version_of_${name}" ${hash})
+    endif()
+endforeach()
+
+foreach(entry IN LISTS names)
+    find_file_of("${entry}")
+    if(name MATCHES "^(.*/)index\\.html$")
+        set(folder "${CMAKE_MATCH_1}")
+        file(READ "${path}" text)
+        string(REGEX MATCHALL "(href|src)=\"[a-z_]+\\.(css|js)\"" references "${text}")
+        foreach(reference IN LISTS references)
+            string(REGEX REPLACE ".*\"(.*)\"" "\\1" file ${reference})
+            if(DEFINED "version_of_${folder}${file}")
+                string(REPLACE "\"${file}\"" "\"${file}?v=${version_of_${folder}${file}}\"" text "${text}")
+            endif()
+        endforeach()
+        string(REPLACE "/" "_" path "${name}")
+        set(path "${compressed_folder}/${path}")
+        file(WRITE "${path}" "${text}")
     endif()
     string(REGEX REPLACE "^.*\\." "" extension ${name})
     set(type "application/octet-stream")

@@ -33,6 +33,13 @@ test('the viewer is a handful of requests, and asks for a simulation', async (t)
   const bytes = loaded.reduce((sum, { encodedBodySize }) => sum + encodedBodySize, 0);
   assert.ok(bytes <= MOST_BYTES, JSON.stringify(loaded, null, 1));
   t.diagnostic(`${loaded.length} requests, ${bytes} bytes`);
+  const again = await page.context().newPage();
+  await again.goto(`${server}/viewer/?url=${WORLD}`);
+  await state(again, 'idle');
+  const fetched = await again.evaluate(() => performance.getEntriesByType('resource')
+    .filter(({ name, transferSize }) => /viewer\.(css|js)/.test(name) && transferSize > 0).map(({ name }) => name));
+  assert.deepEqual(fetched, [], 'what has not changed is not asked for again');
+  await again.close();
   await page.click('#start');
   await page.waitForSelector('body:is([data-state="running"], [data-state="waiting"])'); // in line, where the machine is busy with other tests
 });

@@ -57,7 +57,8 @@ void SharedPage::set(std::string text, std::string gzip)
     body_ = body;
 }
 
-HttpResponse SharedPage::answer(std::string_view content_type, std::string_view if_none_match) const
+HttpResponse SharedPage::answer(std::string_view content_type, std::string_view if_none_match,
+                                Kept kept) const
 {
     HttpResponse response;
     if (is_listed(if_none_match, tag_)) {
@@ -66,9 +67,9 @@ HttpResponse SharedPage::answer(std::string_view content_type, std::string_view 
         response.content_type = content_type;
         response.shared = body_;
     }
-    // It may be kept, and has to be asked for again: the answer is short when nothing has changed.
     response.headers.emplace_back("ETag", tag_);
-    response.headers.emplace_back("Cache-Control", "no-cache");
+    response.headers.emplace_back(
+        "Cache-Control", kept == Kept::for_ever ? "public, max-age=31536000, immutable" : "no-cache");
     response.headers.emplace_back("Vary", "Accept-Encoding");
     return response;
 }

@@ -13,6 +13,13 @@
 
 namespace webots_cloud::core {
 
+/// How long clients may keep an answer without asking again.
+enum class Kept
+{
+    until_asked, ///< They ask each time; the answer is short when nothing has changed.
+    for_ever     ///< The address names the contents.
+};
+
 /// A body and the tag by which clients recognize it.
 class SharedPage
 {
@@ -27,7 +34,8 @@ public:
 
     /// 200 with the body, or 304 for a client that has it: `if_none_match` is its header of that name.
     /// Precondition: not empty.
-    HttpResponse answer(std::string_view content_type, std::string_view if_none_match) const;
+    HttpResponse answer(std::string_view content_type, std::string_view if_none_match,
+                        Kept kept = Kept::until_asked) const;
 
 private:
     std::shared_ptr<SharedBody const> body_;

@@ -818,7 +818,14 @@ Answer SessionService::Impl::embedded(std::string_view name, IncomingRequest con
     auto& page = files[asset->content.data()];
     if (page.empty())
         page.set(std::string(asset->content), std::string(asset->gzip));
-    return for_any_page(page.answer(asset->content_type, request.header("If-None-Match")));
+    // A page that was made of this script or style sheet names it so (cmake/embed_files.cmake).
+    constexpr std::string_view version = "v=";
+    constexpr std::size_t version_digits = 16;
+    bool const is_named =
+        request.query.starts_with(version) &&
+        request.query.substr(version.size()) == asset->inline_hash.substr(0, version_digits);
+    return for_any_page(page.answer(asset->content_type, request.header("If-None-Match"),
+                                    is_named ? core::Kept::for_ever : core::Kept::until_asked));
 }
 
 /// The page of classes, for teachers and students.

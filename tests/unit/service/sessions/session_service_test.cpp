@@ -65,7 +65,8 @@ struct Fixture
         IncomingRequest request;
         request.quota_key = client;
         request.method = method;
-        request.path = path;
+        request.path = path.substr(0, path.find('?'));
+        request.query = path.substr(std::min(path.size(), request.path.size() + 1));
         request.headers = headers;
         return std::get<HttpResponse>(service.respond(request));
     }
@@ -1566,6 +1567,15 @@ BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on
     BOOST_TEST(
         (fixture.get("/viewer/viewer.js").shared == fixture.get("/viewer/viewer.js").shared)); // made once
     BOOST_TEST(header(fixture.get("/viewer/viewer.js"), "ETag") != header(fixture.get("/viewer/"), "ETag"));
+    BOOST_TEST(header(fixture.get("/viewer/viewer.js"), "Cache-Control") == "no-cache");
+    auto const page = text_of(fixture.get("/viewer/"));
+    constexpr std::string_view script = "viewer.js?v=";
+    constexpr std::size_t digits = 16;
+    auto const found = page.find(script);
+    BOOST_TEST_REQUIRE(found != std::string::npos);
+    auto const named = core::concat("/viewer/", page.substr(found, script.size() + digits));
+    BOOST_TEST(header(fixture.get(named), "Cache-Control") == "public, max-age=31536000, immutable");
+    BOOST_TEST(header(fixture.get(named + "0"), "Cache-Control") == "no-cache"); // an older page's
     BOOST_TEST(fixture.get("/viewer/../session").status == 404);
     BOOST_TEST(fixture.get("/viewer/nope.js").status == 404);
 }
