@@ -16,13 +16,14 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.browser_client import WORLD, Browser, server  # noqa: E402
+from support.browser_client import PATIENCE, WORLD, Browser, server  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.projects import EXAMPLES, demo_project  # noqa: E402
 from support.servers import SimulationServer, is_alive, main, program, wait_until  # noqa: E402
 
-# How many worlds of a hostile repository are staged; 200 take minutes on a machine that has nothing else to do.
-HOSTILE_WORLDS = int(os.environ.get("HOSTILE_WORLDS", "24"))
+# How often the worlds of a hostile repository are staged; 200 take five minutes, since each is tried more and more seldom.
+HOSTILE_WORLDS = 24
+HOSTILE_STAGINGS = int(os.environ.get("HOSTILE_STAGINGS", "30"))
 
 
 def staged(count=1, **more):
@@ -208,7 +209,8 @@ class HostileRepository(unittest.IsolatedAsyncioTestCase):
                     began = time.time()
                     good = {"url": self.address("arena"), "count": 1}
                     simulation.reread(staged=[good, *({"url": self.address(name)} for name in self.names)])
-                    await asyncio.to_thread(wait_until, lambda: len(self.starts()) == len(self.names), lambda: self.starts(), 40 * len(self.names))
+                    await asyncio.to_thread(wait_until, lambda: len(self.starts()) == len(self.names) and self.starts().total() >= HOSTILE_STAGINGS, self.starts,
+                                            max(PATIENCE, 5 * HOSTILE_STAGINGS))
                     seconds = time.time() - began
                     for name, count in self.starts().items():  # after 1, 2, 4 ... seconds
                         self.assertLessEqual(count, 1 + math.log2(seconds + 2), name)

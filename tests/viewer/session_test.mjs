@@ -875,3 +875,79 @@ test('a hidden page gets no pictures, is missed by nobody, and has one at once w
   session.hidden = false;
   assert.equal(count('picture'), pictures + 1);
 });
+
+// --- what is done before it is asked for ---
+
+const GATEWAY = `ws://machine:2000/simulation/${'a'.repeat(28)}/2001`;
+
+// A session server that takes starts itself, with its machine behind the gateway.
+async function runAt(machine) {
+  session = new Session({ ...TARGET, machine }, { width: 1, height: 1 });
+  for (const type of ['ready', 'lost', 'ended', 'picture'])
+    session.addEventListener(type, ({ detail }) => events.push([type, detail, now]));
+  session.start();
+  await pass(2000);
+}
+
+test('where the machine is known nobody is asked for it', async () => {
+  fresh();
+  let asked = 0;
+  const { fetch } = globalThis;
+  globalThis.fetch = (...what) => {
+    asked += 1;
+    return fetch(...what);
+  };
+  await runAt('ws://s');
+  globalThis.fetch = fetch;
+  assert.equal(asked, 0);
+  assert.equal(sockets[0].url, 'ws://s/client');
+  assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
+});
+
+test('a machine that takes no starts any more is not the end: then the session server is asked', async () => {
+  fresh();
+  session = new Session({ ...TARGET, machine: 'ws://s' }, { width: 1, height: 1 });
+  session.addEventListener('ready', () => events.push(['ready']));
+  session.start();
+  await settle();
+  sockets[0].breaks();
+  await pass(2000);
+  assert.equal(sockets[1].url, 'ws://machine:2000/client');
+  assert.equal(count('ready'), 1);
+});
+
+test('a connection that was prepared is used, and closed where nobody starts', async () => {
+  fresh();
+  Session.prepare({ machine: 'ws://s' });
+  Session.prepare({ machine: 'ws://s' });
+  await pass(1000);
+  assert.equal(sockets.length, 1);
+  assert.deepEqual(sockets[0].sent, []);
+  await runAt('ws://s');
+  assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
+  assert.equal(sockets.filter(({ url }) => url === 'ws://s/client').length, 1);
+  assert.equal(sockets[0].sent.length, 1);
+
+  Session.prepare({ machine: 'ws://other' });
+  await pass(25000);
+  assert.equal(sockets.at(-1).readyState, FakeSocket.CLOSED);
+  Session.prepare({ machine: 'ws://other' });
+  sockets.at(-1).breaks(); // the server closes it: the next start opens its own
+  await runAt('ws://other');
+  assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
+});
+
+test('behind a gateway pictures are asked for, and the simulation runs, before the simulator has said anything', async () => {
+  fresh({ running: false });
+  const { serve } = server;
+  server.serve = (socket, message) => {
+    serve.call(server, { says: (text) => socket.says(text.replace('ws://machine:2001', GATEWAY)), readyState: FakeSocket.OPEN }, message);
+    server.lease = socket;
+  };
+  await runAt('ws://s');
+  const pictures = events.filter(([type]) => type === 'picture').map(([, { url, viewOnly, early }]) => ({ url, viewOnly, early }));
+  const url = `${GATEWAY.replace('ws', 'http')}/mjpeg`;
+  assert.deepEqual(pictures, [{ url, viewOnly: true, early: true }, { url, viewOnly: false, early: undefined }]);
+  const { sent } = sockets.find((socket) => socket.url === `${GATEWAY}/`);
+  assert.deepEqual(sent.slice(0, 2), ['mjpeg: 1x1', 'real-time:-1']);
+});

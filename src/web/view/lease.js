@@ -22,6 +22,34 @@ const GOING_AWAY = 1001; // of a server that stops, which says so; of Firefox, b
 const STOPPING = 'the server is stopping';
 const GONE = 1000;
 const GIVEN_UP = 4000; // a code with which we return
+const PREPARED_MS = 20000; // servers close the connections of those who ask for nothing within 30 s
+
+let prepared = null; // {url, socket, timer}: for the next lease
+
+// Connects for the next lease at this address, before it is wanted: that need not wait for a connection then.
+export function prepareLease(url) {
+  if (prepared?.url === url)
+    return;
+  takePrepared()?.close();
+  let socket;
+  try {
+    socket = new WebSocket(url);
+  } catch {
+    return; // The lease will say why.
+  }
+  prepared = { url, socket, timer: setTimeout(() => takePrepared()?.close(), PREPARED_MS) };
+  socket.onclose = () => takePrepared(url);
+}
+
+// Null: there is none at this address.
+function takePrepared(url = prepared?.url) {
+  if (prepared === null || prepared.url !== url)
+    return null;
+  const { socket, timer } = prepared;
+  clearTimeout(timer);
+  socket.onclose = prepared = null;
+  return socket;
+}
 
 export class Lease extends EventTarget {
   #url;
@@ -98,7 +126,7 @@ export class Lease extends EventTarget {
   }
 
   #connect() {
-    this.#socket = new WebSocket(this.#url);
+    this.#socket = takePrepared(this.#url) ?? new WebSocket(this.#url);
     this.#socket.onopen = () => {
       this.#opened = true;
       if (!this.lasting)
@@ -108,6 +136,8 @@ export class Lease extends EventTarget {
     this.#socket.onmessage = ({ data }) => typeof data === 'string' && this.#receive(data);
     this.#socket.onclose = ({ code, reason }) => this.#lose(code === GOING_AWAY && reason !== STOPPING ? BROKEN[0] : code, false);
     this.#timer = setTimeout(() => this.#giveUp(), this.#lostSince === null ? FIRST_OPENING_MS : RETURN_ANSWER_MS);
+    if (this.#socket.readyState === WebSocket.OPEN)
+      this.#socket.onopen();
   }
 
   #forget() {

@@ -68,15 +68,19 @@ export class Picture {
   }
 
   // `source` is {url, viewOnly}; `send` gets the messages that move the camera, but not those of a spectator (`viewOnly`).
-  // The last picture stays until the first of the source is there.
+  // The last picture stays until the first of the source is there. The pictures of a source that is `early` go on when it is shown again.
   show(source, send) {
-    this.#forgetSource();
+    const goesOn = this.#source?.early === true && this.#source.url === source.url && this.#stream !== null;
+    if (!goesOn)
+      this.#forgetSource();
     this.#source = source;
     this.#input.send = source.viewOnly ? null : send;
     this.#describe(source.viewOnly);
     this.sayName();
     this.#surface.dataset.source = source.url;
     this.#surface.hidden = false;
+    if (goesOn)
+      return;
     this.#open();
     this.#pacing = setInterval(() => this.#keepPace(), PACE_MS);
   }
@@ -137,6 +141,7 @@ export class Picture {
     this.#next = null;
     this.#pace.begin(performance.now());
     this.#stream = new PictureStream(url, {
+      early: this.#source.early,
       arrived: (part) => this.#take(part),
       // An <img> may be let in where fetch() is not: browsers send credentials with it to other origins, too.
       ended: ({ status }) => (status === 200 ? this.#tryAgain() : this.#leaveToBrowser(status === null)),

@@ -8,25 +8,29 @@ import { MultipartReader } from './multipart.js';
 
 const BEHIND_GATEWAY = /\/simulation\/[a-z]{28}\/\d+\/mjpeg$/; // protocol, section 13.12
 
+// Whether these pictures come through a gateway of ours.
+export const isBehindGateway = (url) => BEHIND_GATEWAY.test(url);
+
 export class PictureStream {
   #abort = new AbortController();
 
   // Begins to read. `arrived` gets each part, {type, bytes}; `ended` is called once, unless the stream is closed, with the
-  // {status} of the answer: null without one that could be read.
-  constructor(url, { arrived, ended }) {
-    this.#read(url, arrived, ended);
+  // {status} of the answer: null without one that could be read. `early`: another WebSocket is being opened there, and browsers open
+  // one after the other: until ours brings something, the first pictures are read by fetch().
+  constructor(url, { arrived, ended, early = false }) {
+    this.#read(url, arrived, ended, early);
   }
 
   close() {
     this.#abort.abort();
   }
 
-  async #read(url, arrived, ended) {
+  async #read(url, arrived, ended, early) {
     const { signal } = this.#abort;
     const take = taker(arrived);
     let status = null;
     try {
-      status = BEHIND_GATEWAY.test(url) ? await this.#hear(url, take) : null;
+      status = isBehindGateway(url) ? await this.#hear(url, early ? this.#untilHeard(url, arrived, take) : take) : null;
       if (status === null && !signal.aborted) // A proxy may let requests through, but no WebSockets.
         await this.#fetch(url, take, (answered) => { status = answered; });
     } catch { /* It ends in the same way. */ }
@@ -55,8 +59,19 @@ export class PictureStream {
     });
   }
 
-  async #fetch(url, take, answered) {
-    const response = await fetch(url, { signal: this.#abort.signal, cache: 'no-store' });
+  // Reads by fetch() until something is taken.
+  #untilHeard(url, arrived, take) {
+    const first = new AbortController();
+    this.#abort.signal.addEventListener('abort', () => first.abort());
+    this.#fetch(url, taker(arrived), () => {}, first.signal).catch(() => {}); // The WebSocket shows what is wrong.
+    return (piece) => {
+      first.abort();
+      take(piece);
+    };
+  }
+
+  async #fetch(url, take, answered, signal = this.#abort.signal) {
+    const response = await fetch(url, { signal, cache: 'no-store' });
     answered(response.status);
     const body = response.ok ? response.body.getReader() : null;
     for (let piece = await body?.read(); piece?.done === false; piece = await body.read())

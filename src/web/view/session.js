@@ -13,6 +13,7 @@
 //                            server allows it; then come "picture" and "ready"
 //   deadline {ends, extendable}  when the simulation will be ended, as Date.now() counts, and by how many seconds extend() can
 //                            put that off
+//   picture {url, viewOnly, early}  `early`: its source says later who this page is; then it comes once more
 //   rest                     the page is hidden: show no picture; "picture" comes when it is seen again
 //   ticket (ticket)          with which another session, also of a reloaded page, can return to the simulation, or to the place in the line;
 //                            null: there is nothing to return to any more
@@ -21,7 +22,8 @@
 //                            `busy` when that is so, or the session server is asked too often: it may be asked again later
 
 import { socketToWeb, webToSocket } from './address.js';
-import { Lease } from './lease.js';
+import { Lease, prepareLease } from './lease.js';
+import { isBehindGateway } from './picture_stream.js';
 import { explain, parseReason } from './refusals.js';
 import { Simulator } from './simulator.js';
 import { say } from './texts.js';
@@ -76,6 +78,7 @@ export class Session extends EventTarget {
   #timers = [];
 
   // `target` comes from parseAddress() or parseViewAddress(); pages may add to it
+  //   machine    where starts are taken, if that is known: `wss://host`. The session server is not asked for it
   //   opening    the text to start the simulation with, instead of a `start` message (a website's project)
   //   paused     true: a simulation that is started here waits for play(), instead of running at once
   //   broadcast  true: only watches, and sends the simulator nothing but the line that says so
@@ -89,6 +92,12 @@ export class Session extends EventTarget {
     this.#size = size;
     this.#ticket = ticket;
     this.#returns = ticket?.token !== undefined;
+  }
+
+  // Connects to the machine, if it is known, before somebody starts there: hands rest on a button for a moment.
+  static prepare({ machine }) {
+    if (machine !== undefined)
+      prepareLease(`${machine}/client`);
   }
 
   // Null until the simulator's address is known.
@@ -140,7 +149,7 @@ export class Session extends EventTarget {
     if (this.#target.kind === 'simulator')
       return this.#connect(this.#target.url);
     try {
-      const machine = this.#ticket?.machine ?? await this.#askForMachine();
+      const machine = this.#ticket?.machine ?? this.#target.machine ?? await this.#askForMachine();
       if (!this.#over)
         this.#takeLease(machine);
     } catch (error) {
@@ -240,6 +249,10 @@ export class Session extends EventTarget {
       this.#verifySimulator();
     });
     this.#lease.addEventListener('closed', async ({ detail }) => {
+      if (!detail.opened && this.#target.machine === machine && this.#ticket === null) {
+        this.#target = { ...this.#target, machine: undefined }; // It may take no starts any more, and knows who does.
+        return this.start();
+      }
       const why = this.#lastWord || this.#problem || (detail.opened ? leaseLoss(detail, this.#ready) : await this.#whyClosed(machine));
       this.#end(why, this.#refusal);
     });
@@ -358,6 +371,7 @@ export class Session extends EventTarget {
     } catch {
       return this.#end(refusedSocket(url));
     }
+    this.#askForPictures(url);
     clearTimeout(this.#mute);
     if (!this.#ready)
       this.#mute = setTimeout(() => this.#tell('problem', { text: say('simulator.mute') }), MUTE_MS);
@@ -365,10 +379,25 @@ export class Session extends EventTarget {
     for (const type of RELAYED)
       this.#simulator.addEventListener(type, ({ detail }) => this.#tell(type, detail));
     this.#simulator.addEventListener('picture', ({ detail }) => this.#showPicture(detail));
+    this.#simulator.addEventListener('joined', () => this.#runAtFirst());
     this.#simulator.addEventListener('ready', () => this.#becomeReady());
     this.#simulator.addEventListener('silent', () => this.#noteSilence());
     this.#simulator.addEventListener('heard', () => this.#noteSound());
     this.#simulator.addEventListener('closed', () => this.#loseSimulator(url));
+  }
+
+  // Behind a gateway of ours their address is known before the simulator says it: a round trip less until the first one is there.
+  #askForPictures(url) {
+    const pictures = `${socketToWeb(url.replace(/\/+$/, ''))}/mjpeg`;
+    const isWanted = (this.#target.mode ?? 'mjpeg') === 'mjpeg' && this.#picture === null && !this.#hidden;
+    if (isWanted && isBehindGateway(pictures))
+      this.#tell('picture', { url: pictures, viewOnly: true, early: true });
+  }
+
+  // A simulation that was started for this page runs at once; one that was there before is left as it is.
+  #runAtFirst() {
+    if (!this.#ready && this.owned && !this.#returns && !this.#target.paused)
+      this.#simulator.play();
   }
 
   // After a return the simulator may still take the connection that was lost for its first page.
@@ -384,9 +413,7 @@ export class Session extends EventTarget {
   }
 
   #becomeReady() {
-    // A simulation that was started for this page runs at once; one that was there before is left as it is.
-    if (!this.#ready && this.owned && !this.#returns && !this.#target.paused)
-      this.#simulator.play();
+    this.#runAtFirst(); // again: one whose world was being loaded has not heard it
     this.#ready = true;
     this.#lost = false;
     this.#problem = this.#lastWord = '';

@@ -11,6 +11,7 @@ export class Simulator extends EventTarget {
   #url;
   #socket;
   #size;
+  #told = ''; // to the simulator, of the size
   #stream;
   #spelling = 0; // the timer of trying the other one
   #watch = new Watch(() => this.#fallSilent());
@@ -24,7 +25,7 @@ export class Simulator extends EventTarget {
   silent = false;
 
   // Connects at once. `url` has no trailing slash; `size` is {width, height} of the wanted picture in pixels.
-  // Events: message {from: 'simulator', text} (each as it came), picture {url, viewOnly}, ready,
+  // Events: message {from: 'simulator', text} (each as it came), joined (pictures were asked for), picture {url, viewOnly}, ready,
   // mode ('paused' | 'running' | 'fast'), time (ms), progress {text, percent}, world (file name),
   // output {stream, line}, silent (nothing arrives, though it runs), heard (something does again, also
   // after probe()), closed {code}. With the `stream` 'w3d' or 'x3d' instead of picture: scene {url}, where the files of the
@@ -57,10 +58,13 @@ export class Simulator extends EventTarget {
   reset() { this.send('reset'); }
   reload() { this.send('reload'); }
 
+  // A size that the simulator knows is not said again: it would draw another picture for it.
   resize(size) {
     this.#size = size;
-    if (this.#stream === 'mjpeg')
-      this.send(`resize: ${text(size)}`);
+    if (this.#stream !== 'mjpeg' || text(size) === this.#told)
+      return;
+    this.send(`resize: ${text(size)}`);
+    this.#told = text(size);
   }
 
   get loaded() { return this.#loaded; }
@@ -74,6 +78,7 @@ export class Simulator extends EventTarget {
   // The event `heard` follows if the simulator is still there.
   probe() {
     this.#probing = true;
+    this.#told = '';
     this.resize(this.#size);
   }
 
@@ -85,8 +90,11 @@ export class Simulator extends EventTarget {
   }
 
   #join() {
-    if (this.#stream === 'mjpeg')
-      return this.#socket.send(`mjpeg: ${text(this.#size)}`);
+    if (this.#stream === 'mjpeg') {
+      this.#told = text(this.#size);
+      this.#socket.send(`mjpeg: ${this.#told}`);
+      return this.#tell('joined');
+    }
     // Without "broadcast" a simulation that runs would pause. Webots up to R2023b says x3d, newer ones w3d; each ignores the
     // other's word.
     this.#socket.send(`${this.#stream};broadcast`);
@@ -198,6 +206,7 @@ export class Simulator extends EventTarget {
   // A world may take minutes to load.
   #unload() {
     this.#loaded = false;
+    this.#told = '';
     this.#watchOver();
     if (this.#stream !== 'mjpeg')
       this.#tell('model', { text: '' });
@@ -224,6 +233,7 @@ export class Simulator extends EventTarget {
   }
 
   #load(rest) {
+    this.#told = ''; // it may know no size before its world is there
     const [, status, percent] = /^(.*?)(?::\s*(\d+(?:\.\d+)?)\s*%?)?$/s.exec(rest);
     this.#tell('progress', { text: status, percent: percent === undefined ? null : Number(percent) });
   }

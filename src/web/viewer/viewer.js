@@ -258,7 +258,22 @@ function start() {
   if (target.kind === 'scene')
     return openScene(target.url);
   target.mode = element('show').value;
+  target.machine = ownMachine(target);
   begin(target);
+}
+
+// The session server of this page takes starts itself where one may wait in line; else it has to be asked where they are taken.
+function ownMachine({ server }) {
+  return hasRoom && server === ownServer ? webToSocket(server).replace(/\/+$/, '') : undefined;
+}
+
+// A hand or a finger is on the button.
+function prepare() {
+  if (session !== null)
+    return;
+  try {
+    Session.prepare({ machine: ownMachine(parseAddress(element('connect-to').value, ownServer)) });
+  } catch { /* Start tells what is wrong with the address. */ }
 }
 
 // A file, not a simulation: nothing runs and nothing ends.
@@ -600,6 +615,8 @@ element('start').addEventListener('click', ({ detail: clicks }) => {
   else
     disconnect();
 });
+for (const type of ['pointerenter', 'pointerdown', 'focus'])
+  element('start').addEventListener(type, prepare);
 element('connect-to').addEventListener('change', followAvailability);
 element('connect-to').addEventListener('input', sayWorld);
 element('clear').addEventListener('click', () => output.clear());
