@@ -531,7 +531,7 @@ describe('The line of the session server', () => {
 
   test('is shown and told, and the simulation starts by itself', async () => {
     await waitInLine();
-    const place = { text: 'You are number 4 in line. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240, why: '', wantsRoom: false };
+    const place = { text: 'You are number 4 in line. Every seat is taken. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240, why: '', wantsRoom: false };
     assert.deepEqual((await told('onprogress')).at(-1), [place]);
     await page.locator('.report .said', { hasText: place.text }).waitFor();
     await page.locator('.report', { hasText: 'starts by itself' }).waitFor();

@@ -1,5 +1,7 @@
 #include "viewer_defaults.hpp"
 
+#include <boost/json/serialize.hpp>
+
 namespace webots_cloud::core {
 
 boost::json::object viewer_defaults(SessionServiceConfig const& config)
@@ -12,6 +14,11 @@ boost::json::object viewer_defaults(SessionServiceConfig const& config)
     if (config.relay && config.waiting_room > 0)
         defaults["waiting"] = true;
     return defaults;
+}
+
+std::string viewer_defaults_json(SessionServiceConfig const& config)
+{
+    return boost::json::serialize(viewer_defaults(config));
 }
 
 } // namespace webots_cloud::core

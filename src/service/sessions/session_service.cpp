@@ -39,8 +39,6 @@
 
 #include <webots_cloud/version.hpp>
 
-#include <boost/json/serialize.hpp>
-
 #include <array>
 #include <map>
 #include <optional>
@@ -805,7 +803,7 @@ Answer SessionService::Impl::web_file(IncomingRequest const& request)
 
 HttpResponse SessionService::Impl::defaults_page() const
 {
-    return for_any_page(core::json_page(boost::json::serialize(core::viewer_defaults(params.config))));
+    return for_any_page(core::json_page(core::viewer_defaults_json(params.config)));
 }
 
 /// A file of `src/web`: public, and the same for everybody. Pages of other sites import modules, or learn
