@@ -318,10 +318,9 @@ void AccessControl::Impl::note_lost_port(IncomingRequest const& request)
 
 std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& request)
 {
-    auto const host = request.header("Host");
-    if (site.checks_hosts() && !site.knows_host(host)) {
+    if (site.checks_hosts() && !site.knows_host(request.header("Host"))) {
         log.warning(LogCause("host", request.client),
-                    concat("Refused a request to the name \"", core::printable(host, 200),
+                    concat("Refused a request to the name \"", core::printable(request.header("Host"), 200),
                            "\": if this machine is called so, add it to \"hostNames\""));
         return HttpResponse(421, std::string(core::html_type),
                             "This server has another name. Its operator can add this one to \"hostNames\".");
@@ -329,7 +328,7 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
     // A client that knows the token of a simulation may use it, from any page, as with a port of its own; and
     // so it is with the key of a monitor's page.
     if (request.upgrade && !core::is_path_of_key(request.path) &&
-        !site.accepts_origin(request.header("Origin"), host)) {
+        !site.accepts_origin(request.header("Origin"), request.header("Host"))) {
         log_origin(request, "a WebSocket");
         return origin_refused();
     }
