@@ -1,5 +1,5 @@
-# The simulation server in a container, with the demo simulator in place of Webots. config/containers/build.sh calls this; docs/clusters.md
-# says how it is run, and how Webots is added.
+# The simulation server in a container, with the demo simulator in place of Webots, and Python for the programs of its robots.
+# config/containers/build.sh calls this; docs/clusters.md says how it is run, and how Webots is added.
 ARG BASE=debian:bookworm-slim
 
 FROM ${BASE} AS root
@@ -9,7 +9,7 @@ RUN set -eux; \
     apt-get update; \
     apt-get upgrade --yes; \
     apt-get install --yes --no-install-recommends systemd-standalone-sysusers ca-certificates tini \
-        bubblewrap iproute2 slirp4netns /packages/*.deb; \
+        bubblewrap iproute2 slirp4netns python3 /packages/*.deb; \
     useradd --uid 10001 --user-group --no-create-home --home-dir /var/lib/webots-cloud --shell /usr/sbin/nologin webots; \
     mkdir -p /var/lib/webots-cloud /run/webots-cloud; \
     rm -rf /packages /var/lib/apt/lists/* /var/cache/* /var/log/* /usr/share/man /usr/share/locale /usr/share/info; \
