@@ -6,6 +6,7 @@ set(types "html=text/html\\; charset=UTF-8" "css=text/css" "js=text/javascript" 
     "json=application/json" "wasm=application/wasm" "md=text/plain\\; charset=UTF-8")
 set(worth_compressing 1024) # bytes; less fits into a packet or two
 file(STRINGS "${LIST}" names ENCODING UTF-8)
+list(FILTER names EXCLUDE REGEX "^$") # where npm has installed nothing
 set(compressed_folder ${OUTPUT}.gz)
 file(REMOVE_RECURSE "${compressed_folder}")
 file(MAKE_DIRECTORY "${compressed_folder}")

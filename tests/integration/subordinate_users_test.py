@@ -527,7 +527,7 @@ class Choice(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(users_of(simulation.simulators()), {NOBODY})
             told = 'add the line "nobody:365536:65536" to /etc/subuid and to /etc/subgid'
             self.assertIn(f"Simulations run as this server's own user. For other users: {told}", log_of(simulation))
-            self.assertIn(told.replace('"', "&quot;"), monitor_of(simulation))
+            self.assertIn(json.dumps(told)[1:-1], monitor_of(simulation))
             simulation.wait_until_clean()
 
     async def test_a_service_without_users_runs_and_says_what_that_means(self):

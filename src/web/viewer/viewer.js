@@ -145,7 +145,8 @@ function takeWindow() {
 }
 
 function setState(state) {
-  page.dataset.state = state;
+  if (page.dataset.state !== state) // whoever watches it sees changes alone
+    page.dataset.state = state;
   const active = session !== null;
   page.classList.toggle('watching', active && state !== 'waiting'); // a long wait has the page's other parts
   element('report').classList.toggle('card', !ready);
