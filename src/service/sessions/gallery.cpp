@@ -131,7 +131,7 @@ std::vector<ServerSpec> Gallery::next_machines()
     }
     if (up.empty())
         return up;
-    std::ranges::rotate(up, up.begin() + static_cast<std::ptrdiff_t>(++last_asked_ % up.size()));
+    std::rotate(up.begin(), up.begin() + static_cast<std::ptrdiff_t>(++last_asked_ % up.size()), up.end());
     up.resize(std::min(up.size(), machines_for_a_list));
     return up;
 }
