@@ -24,7 +24,7 @@ class Pupil:
         self.browser = await stack.enter_async_context(Browser(server))
         await self.browser.start(url=LESSON, edit=True)
         address = (await self.browser.hear("webots:")).removeprefix("webots:")
-        self.view = await stack.enter_async_context(websockets.connect(address, max_size=None))
+        self.view = await stack.enter_async_context(websockets.connect(address, max_size=None, ping_interval=None))  # what nobody reads yet holds up pongs
         await self.view.send("mjpeg: 320x240")
 
     async def run(self, mark):
