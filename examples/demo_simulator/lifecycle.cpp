@@ -51,6 +51,7 @@ void Lifecycle::get_ready()
         crash();
     server_.load();
     announce_ready();
+    server_.draw_ahead(); // while the browser hears the address
     schedule_heartbeat();
     schedule_end();
 }

@@ -84,12 +84,13 @@ void Simulator::on(ClientId client, message::JoinPictures const& join)
 {
     if (!streams_pictures())
         return log("Ignored a client that asks for pictures: the scene is streamed");
-    if (is_first(client))
+    bool const decides_size = is_first(client);
+    if (decides_size)
         picture_.resize(join.size.width, join.size.height);
     clients_[client].joined = true;
     if (arena_)
         welcome(client);
-    audience_.picture_changed();
+    decides_size ? audience_.picture_resized() : audience_.picture_changed();
 }
 
 void Simulator::on(ClientId client, message::Pause)
@@ -316,6 +317,12 @@ std::string Simulator::draw_picture()
 {
     broadcast("time: " + std::to_string(now()), true);
     return picture_.draw(*arena_, playback_.mode());
+}
+
+void Simulator::draw_ahead()
+{
+    if (streams_pictures())
+        picture_.draw(*arena_, playback_.mode());
 }
 
 std::filesystem::path Simulator::project_root() const

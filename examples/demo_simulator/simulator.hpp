@@ -35,6 +35,9 @@ public:
     /// The picture is out of date.
     virtual void picture_changed() = 0;
 
+    /// The same, and somebody waits for it who can't use the last one: it has another size.
+    virtual void picture_resized() = 0;
+
     /// The simulation started to run or paused.
     virtual void mode_changed() = 0;
 };
@@ -70,6 +73,9 @@ public:
 
     /// Draws the present state; announces its time to every client. Only after load().
     std::string draw_picture();
+
+    /// Draws one for nobody. The first takes ten times as long as others: it finds fonts, and what does not move.
+    void draw_ahead();
 
     /// A line of a robot: goes to the browsers' consoles.
     void say(std::string const& line, Output output = Output::standard);

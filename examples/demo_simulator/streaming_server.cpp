@@ -168,7 +168,8 @@ void StreamingServer::mode_changed()
     tick_timer_.cancel();
     if (!simulator_.is_running())
         return;
-    next_tick_ = Clock::now();
+    // The first step is made at once, unless one was made a moment ago: to pause and to go on gains no time.
+    next_tick_ = std::max(next_tick_, Clock::now()) - std::chrono::milliseconds(simulator_.tick_time());
     schedule_tick();
 }
 
@@ -205,6 +206,13 @@ void StreamingServer::picture_changed()
     schedule_picture();
 }
 
+void StreamingServer::picture_resized()
+{
+    next_picture_ = Clock::now();
+    picture_timer_.cancel(); // which schedules it again
+    picture_changed();
+}
+
 void StreamingServer::open_pictures(std::weak_ptr<PictureOutlet> outlet)
 {
     std::erase_if(streams_, [](Stream const& stream) { return stream.outlet.expired(); });
@@ -228,8 +236,7 @@ void StreamingServer::schedule_picture()
     picture_timer_.expires_at(std::max(next_picture_, Clock::now()));
     picture_timer_.async_wait([this](error_code error) {
         picture_scheduled_ = false;
-        if (!error)
-            send_picture();
+        error ? schedule_picture() : send_picture();
     });
 }
 

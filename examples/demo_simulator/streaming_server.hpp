@@ -36,6 +36,9 @@ public:
     /// Loads the world. Throws std::runtime_error with a sentence.
     void load();
 
+    /// Makes the first picture as quick as others. Takes some tens of milliseconds.
+    void draw_ahead() { simulator_.draw_ahead(); }
+
     boost::asio::ip::tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
     bool is_running() const { return simulator_.is_running(); }
 
@@ -49,6 +52,7 @@ private:
     // Audience
     void send(ClientId client, Text text, bool is_state) override;
     void picture_changed() override;
+    void picture_resized() override;
     void mode_changed() override;
 
     // Reception

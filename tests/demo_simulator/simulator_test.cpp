@@ -19,6 +19,7 @@ struct Listeners : Audience
 {
     void send(ClientId, Text text, bool) override { heard.push_back(*text); }
     void picture_changed() override {}
+    void picture_resized() override { ++resized; }
     void mode_changed() override {}
 
     long count(std::string_view beginning) const
@@ -28,6 +29,7 @@ struct Listeners : Audience
     }
 
     std::vector<std::string> heard;
+    int resized = 0;
 };
 
 struct PlayedPrograms : Programs
@@ -93,6 +95,22 @@ BOOST_AUTO_TEST_CASE(a_program_is_found_beside_its_world)
     BOOST_TEST(program.name == "drive");
     BOOST_TEST(program.file == fixture.top / "controllers/drive/drive.py");
     BOOST_TEST(program.greeting == "robot 32 blue");
+}
+
+BOOST_AUTO_TEST_CASE(only_the_first_viewer_decides_the_size_of_pictures_and_waits_for_no_other)
+{
+    Fixture fixture;
+    fixture.simulator->disconnect(1);
+    fixture.options.stream = StreamMode::mjpeg;
+    fixture.simulator.emplace(fixture.options, fixture.listeners, fixture.programs, [](std::string_view) {});
+    fixture.simulator->load();
+    fixture.simulator->connect(1);
+    fixture.simulator->connect(2);
+    fixture.simulator->receive(1, "mjpeg: 320x200");
+    BOOST_TEST(fixture.listeners.resized == 1);
+    fixture.simulator->receive(2, "mjpeg: 640x480");
+    BOOST_TEST(fixture.listeners.resized == 1);
+    BOOST_TEST(fixture.listeners.count("multimedia: mjpeg") == 2);
 }
 
 BOOST_AUTO_TEST_CASE(steps_wait_for_the_program_and_then_come_at_once)

@@ -41,7 +41,9 @@ std::span<char const* const> system_files() noexcept
                                       "/etc/asound.conf",
                                       "/etc/python3",
                                       "/etc/java",
-                                      "/etc/ros"};
+                                      "/etc/ros",
+                                      // Without it each program that writes text reads all fonts first.
+                                      "/var/cache/fontconfig"};
     return files;
 }
 

@@ -40,8 +40,8 @@ struct Visible
 /// Folders of the system's programs and libraries, of which not all are everywhere.
 std::span<char const* const> system_folders() noexcept;
 
-/// Files and folders of `/etc` that libraries, languages and drivers look up, and that every user of the
-/// machine may read.
+/// Files and folders, most of them of `/etc`, that libraries, languages and drivers look up, and that every
+/// user of the machine may read.
 std::span<char const* const> system_files() noexcept;
 
 /// The socket of a display of this machine; empty: it is none.
