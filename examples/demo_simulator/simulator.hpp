@@ -74,7 +74,8 @@ public:
     /// Draws the present state; announces its time to every client. Only after load().
     std::string draw_picture();
 
-    /// Draws one for nobody. The first takes ten times as long as others: it finds fonts, and what does not move.
+    /// Draws one for nobody. The first takes ten times as long as others: it finds fonts, and what does not
+    /// move.
     void draw_ahead();
 
     /// A line of a robot: goes to the browsers' consoles.

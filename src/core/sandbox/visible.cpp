@@ -13,6 +13,7 @@ std::span<char const* const> system_folders() noexcept
 
 std::span<char const* const> system_files() noexcept
 {
+    // Without the cache of fonts each program that writes text reads all fonts first.
     static constexpr std::array files{"/etc/ld.so.cache",
                                       "/etc/alternatives",
                                       "/etc/passwd",
@@ -42,7 +43,6 @@ std::span<char const* const> system_files() noexcept
                                       "/etc/python3",
                                       "/etc/java",
                                       "/etc/ros",
-                                      // Without it each program that writes text reads all fonts first.
                                       "/var/cache/fontconfig"};
     return files;
 }
