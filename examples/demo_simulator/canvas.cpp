@@ -156,23 +156,29 @@ void Canvas::wheel(Point3 const& hub, Point axis, double radius, double thicknes
     }
 }
 
-void Canvas::text(Point at, std::string const& text, double pixels, Anchor anchor, Colour const& colour,
-                  Colour const& halo)
+void draw_text(cairo_t* context, Point at, std::string const& text, double pixels, Anchor anchor,
+               Colour const& colour, Colour const& halo)
 {
-    cairo_select_font_face(raw(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
-    cairo_set_font_size(raw(), pixels);
-    cairo_text_extents_t extents;
-    cairo_text_extents(raw(), text.c_str(), &extents);
+    double const width = text_width(context, text, pixels);
     double const shift = anchor == Anchor::left ? 0 : anchor == Anchor::middle ? 0.5 : 1;
-    cairo_new_path(raw());
-    cairo_move_to(raw(), at.x - shift * extents.x_advance, at.y);
-    cairo_text_path(raw(), text.c_str());
-    cairo_set_line_join(raw(), CAIRO_LINE_JOIN_ROUND);
-    cairo_set_line_width(raw(), std::max(2.0, pixels / 6));
-    cairo_set_source_rgba(raw(), halo.red, halo.green, halo.blue, 0.75);
-    cairo_stroke_preserve(raw());
-    cairo_set_source_rgb(raw(), colour.red, colour.green, colour.blue);
-    cairo_fill(raw());
+    cairo_new_path(context);
+    cairo_move_to(context, at.x - shift * width, at.y);
+    cairo_text_path(context, text.c_str());
+    cairo_set_line_join(context, CAIRO_LINE_JOIN_ROUND);
+    cairo_set_line_width(context, std::max(2.0, pixels / 6));
+    cairo_set_source_rgba(context, halo.red, halo.green, halo.blue, 0.75);
+    cairo_stroke_preserve(context);
+    cairo_set_source_rgb(context, colour.red, colour.green, colour.blue);
+    cairo_fill(context);
+}
+
+double text_width(cairo_t* context, std::string const& text, double pixels)
+{
+    cairo_select_font_face(context, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
+    cairo_set_font_size(context, pixels);
+    cairo_text_extents_t extents;
+    cairo_text_extents(context, text.c_str(), &extents);
+    return extents.x_advance;
 }
 
 } // namespace webots_cloud::demo

@@ -55,16 +55,19 @@ public:
     /// A wheel at `hub` whose axle points along `axis`, turned by `angle`, with visible spokes.
     void wheel(Point3 const& hub, Point axis, double radius, double thickness, double angle);
 
-    /// Text with a thin halo, `pixels` high. `text` must be valid UTF-8.
-    void text(Point at, std::string const& text, double pixels, Anchor anchor, Colour const& colour,
-              Colour const& halo);
-
 private:
     void path(std::span<Point3 const> outline);
 
     std::unique_ptr<cairo_t, ContextDeleter> context_;
     Camera const& camera_;
 };
+
+/// Text with a thin halo, `pixels` high. `text` must be valid UTF-8.
+void draw_text(cairo_t* context, Point at, std::string const& text, double pixels, Anchor anchor,
+               Colour const& colour, Colour const& halo);
+
+/// Without its halo.
+double text_width(cairo_t* context, std::string const& text, double pixels);
 
 /// `colour` multiplied by `factor`: below 1 darker, above 1 brighter.
 Colour shaded(Colour const& colour, double factor);

@@ -1,5 +1,7 @@
 #include "file_server.hpp"
 
+#include "name_sign.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -164,8 +166,9 @@ std::string found(FileRequest const& request, std::string const& type, std::stri
 
 } // namespace
 
-FileServer::FileServer(std::filesystem::path root, bool serve_project)
-    : root_(std::move(root)), serve_project_(serve_project)
+FileServer::FileServer(std::filesystem::path root, bool serve_project,
+                       std::vector<RobotDescription> const& robots)
+    : root_(std::move(root)), serve_project_(serve_project), robots_(robots)
 {}
 
 std::string FileServer::answer(FileRequest const& request) const
@@ -180,6 +183,9 @@ std::string FileServer::answer(FileRequest const& request) const
             std::string body{std::istreambuf_iterator<char>(stream), {}};
             return found(request, content_type(file->extension().string()), std::move(body));
         }
+        for (auto const& robot : robots_)
+            if (*path == "/" + sign_path(robot))
+                return found(request, "image/png", sign_picture(robot));
     }
     if (*path == "/" || *path == "/index.html")
         return found(request, "text/html", std::string(page));

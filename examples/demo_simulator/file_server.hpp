@@ -1,8 +1,11 @@
 #pragma once
 
+#include "world_file.hpp"
+
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::demo {
 
@@ -13,12 +16,12 @@ struct FileRequest
     std::string if_none_match; ///< raw header text, or empty
 };
 
-/// Answers GET requests for the files of a project as Webots does.
+/// Answers GET requests for the files of a project as Webots does, and for the signs of its robots.
 class FileServer
 {
 public:
-    /// Without `serve_project` only the built-in page is found.
-    FileServer(std::filesystem::path root, bool serve_project);
+    /// Without `serve_project` only the built-in page is found. `robots` must outlive the server.
+    FileServer(std::filesystem::path root, bool serve_project, std::vector<RobotDescription> const& robots);
 
     /// A complete HTTP answer: status line, header and body.
     std::string answer(FileRequest const& request) const;
@@ -26,6 +29,7 @@ public:
 private:
     std::filesystem::path root_;
     bool serve_project_;
+    std::vector<RobotDescription> const& robots_;
 };
 
 } // namespace webots_cloud::demo

@@ -177,8 +177,8 @@ void draw_names(Canvas& canvas, Arena const& arena, double font)
         Point const p = robot.pose.position;
         Point at = canvas.camera().project({p.x, p.y, 0.02 + height});
         at.y -= 0.085 * canvas.camera().scale({p.x, p.y, height}) + 0.2 * font;
-        canvas.text(at, robot.description.name, font, Anchor::middle, shaded(robot.description.colour, 0.75),
-                    paper);
+        draw_text(canvas.raw(), at, robot.description.name, font, Anchor::middle,
+                  shaded(robot.description.colour, 0.75), paper);
     }
 }
 
@@ -216,12 +216,12 @@ void draw_mode_sign(cairo_t* context, Mode mode, double x, double y, double size
 void draw_captions(Canvas& canvas, Arena const& arena, Mode mode, int width, int height, double font)
 {
     double const margin = 0.8 * font;
-    canvas.text({margin, margin + font}, arena.world().title, font, Anchor::left, ink, paper);
+    draw_text(canvas.raw(), {margin, margin + font}, arena.world().title, font, Anchor::left, ink, paper);
     double const right = width - margin - 2 * font;
-    canvas.text({right, margin + font}, time_text(arena.time()), font, Anchor::right, ink, paper);
+    draw_text(canvas.raw(), {right, margin + font}, time_text(arena.time()), font, Anchor::right, ink, paper);
     draw_mode_sign(canvas.raw(), mode, right + 0.6 * font, margin + 0.2 * font, 0.85 * font);
-    canvas.text({margin, height - margin}, "demo simulator", 0.8 * font, Anchor::left, {0.35, 0.40, 0.47},
-                paper);
+    draw_text(canvas.raw(), {margin, height - margin}, "demo simulator", 0.8 * font, Anchor::left,
+              {0.35, 0.40, 0.47}, paper);
 }
 
 Surface new_surface(int width, int height)

@@ -1,5 +1,6 @@
 #include "scene.hpp"
 
+#include "name_sign.hpp"
 #include "text.hpp"
 
 #include <boost/json.hpp>
@@ -16,9 +17,15 @@ using namespace robot_model;
 
 constexpr int first_fixed_id = 10;
 constexpr int first_robot_id = 1000;
-constexpr int ids_per_robot = 20;
+constexpr int ids_per_robot = 40;
 constexpr int left_wheel_offset = 5;
 constexpr int right_wheel_offset = 9;
+constexpr int arrow_offset = 13;
+constexpr int sign_offset = 17;
+
+/// The angle of the camera that a viewer begins with, below the horizon, and its distance in each direction.
+constexpr double camera_tilt = 0.7598;
+constexpr double camera_height = 0.95; // where it is 1 away
 
 std::string numbers(std::initializer_list<double> values)
 {
@@ -49,15 +56,30 @@ std::string colour_text(Colour const& c)
     return numbers({std::pow(c.red, gamma), std::pow(c.green, gamma), std::pow(c.blue, gamma)});
 }
 
+/// A turn as a quaternion with the real part `w`, which is not all of it, as axis and angle.
+std::string axis_angle(double w, double x, double y, double z)
+{
+    double const length = std::sqrt(x * x + y * y + z * z);
+    return numbers({x / length, y / length, z / length, 2 * std::atan2(length, w)});
+}
+
 /// A wheel turns about the robot's y axis; its cylinder stands along z, so that it is first laid down.
 std::string wheel_rotation(double angle)
 {
-    // The quarter turn about x, then `angle` about y, as one axis and angle.
+    // The quarter turn about x, then `angle` about y.
     double const c = std::cos(angle / 2) * std::numbers::sqrt2 / 2;
-    Point const xy{c, std::sin(angle / 2) * std::numbers::sqrt2 / 2};
-    double const z = -std::sin(angle / 2) * std::numbers::sqrt2 / 2;
-    double const axis_length = std::sqrt(dot(xy, xy) + z * z);
-    return numbers({xy.x / axis_length, xy.y / axis_length, z / axis_length, 2 * std::acos(c)});
+    double const s = std::sin(angle / 2) * std::numbers::sqrt2 / 2;
+    return axis_angle(c, c, s, -s);
+}
+
+/// A robot's name faces the south, where the camera is as a viewer begins, wherever the robot goes.
+std::string sign_rotation(double heading)
+{
+    // The tilt about x, then against the heading about z.
+    double const tilt = (std::numbers::pi / 2 - camera_tilt) / 2;
+    double const turn = -heading / 2;
+    return axis_angle(std::cos(turn) * std::cos(tilt), std::cos(turn) * std::sin(tilt),
+                      std::sin(turn) * std::sin(tilt), std::sin(turn) * std::cos(tilt));
 }
 
 class SceneWriter
@@ -90,14 +112,15 @@ public:
     }
 
 private:
+    double away() const { return std::max(1.2 * arena_.world().size.x, 1.6 * arena_.world().size.y) + 0.45; }
+
     void write_viewpoint()
     {
         // South of the arena, looking north and down at the middle, and far enough away to see all of it in
         // pictures from 3:4 to 2:1, as phones have them: the angle of view is that of the longer side.
-        double const away = std::max(1.2 * arena_.world().size.x, 1.6 * arena_.world().size.y) + 0.45;
         text_ += "<Viewpoint" + id(2) + quoted("orientation", "-0.348 0.348 0.871 1.709") +
-                 quoted("position", numbers({0, -away, 0.95 * away})) + quoted("fieldOfView", "0.785398") +
-                 "></Viewpoint>\n";
+                 quoted("position", numbers({0, -away(), camera_height * away()})) +
+                 quoted("fieldOfView", "0.785398") + "></Viewpoint>\n";
     }
 
     void write_room()
@@ -140,7 +163,7 @@ private:
     }
 
     void open(std::string_view kind, int node, std::string_view name, std::string const& translation,
-              std::string const& rotation)
+              std::string const& rotation, std::string const& more = {})
     {
         // R2023b and newer name the node's type; older clients know X3D's Transform with a flag.
         std::string const tag(w3d_ ? kind : std::string_view("Transform"));
@@ -148,7 +171,7 @@ private:
                  quoted("name", xml_escaped(name));
         if (!w3d_)
             text_ += quoted("solid", "true");
-        text_ += ">";
+        text_ += more + ">";
     }
 
     void close(std::string_view kind)
@@ -192,6 +215,49 @@ private:
         close("Solid");
     }
 
+    /// On the body, towards the front.
+    void write_arrow(int node)
+    {
+        constexpr double top = 0.02 + height + 0.001;
+        std::string points;
+        for (Point const corner : {Point{0.055, 0}, {-0.035, 0.038}, {-0.016, 0}, {-0.035, -0.038}})
+            points += numbers({corner.x, corner.y, top}) + " ";
+        write_shape(node, {1, 1, 1},
+                    "<IndexedFaceSet" + id(node + 2) + quoted("coordIndex", "0 1 2 -1 0 2 3 -1") +
+                        "><Coordinate" + id(node + 3) + quoted("point", points) +
+                        "></Coordinate></IndexedFaceSet>");
+    }
+
+    /// As large as pictures show it. Webots' Billboard would be before the camera, wherever the robot is:
+    /// this one stays above the robot, and a viewer that knows `billboard` turns it to whoever looks.
+    void write_sign(int node, Robot const& robot)
+    {
+        double const high = 0.024 * away();
+        double const half = 0.5 * sign_proportion(robot.description) * high;
+        double const above = (radius * std::sin(camera_tilt) + 0.5 * high + 0.01) / std::cos(camera_tilt);
+        open("Pose", node, "name", numbers({0, 0, 0.02 + height + above}), sign_rotation(robot.pose.heading),
+             quoted("billboard", "true"));
+        // Black, and lit by its own light: so it has the same colours on all sides.
+        text_ += "<Shape" + id(node + 1) + quoted("castShadows", "false") + "><PBRAppearance" + id(node + 2) +
+                 quoted("baseColor", "0 0 0") + quoted("roughness", "1") + quoted("metalness", "0") +
+                 quoted("emissiveColor", "1 1 1") + ">";
+        write_texture(node + 3, "baseColor", robot.description);
+        write_texture(node + 4, "emissiveColor", robot.description);
+        text_ += "</PBRAppearance><IndexedFaceSet" + id(node + 5) + quoted("coordIndex", "0 1 2 3 -1") +
+                 quoted("texCoordIndex", "0 1 2 3 -1") + "><Coordinate" + id(node + 6) +
+                 quoted("point", numbers({-half, -high / 2, 0, half, -high / 2, 0, half, high / 2, 0, -half,
+                                          high / 2, 0})) +
+                 "></Coordinate><TextureCoordinate" + id(node + 7) + quoted("point", "0 0 1 0 1 1 0 1") +
+                 "></TextureCoordinate></IndexedFaceSet></Shape>";
+        close("Pose");
+    }
+
+    void write_texture(int node, std::string_view role, RobotDescription const& robot)
+    {
+        text_ += "<ImageTexture" + id(node) + quoted("url", "&quot;" + sign_path(robot) + "&quot;") +
+                 quoted("isTransparent", "true") + quoted(w3d_ ? "role" : "type", role) + "></ImageTexture>";
+    }
+
     void write_robot(std::size_t index)
     {
         Robot const& robot = arena_.robots()[index];
@@ -204,6 +270,8 @@ private:
         close("Pose");
         write_wheel(node + left_wheel_offset, "left wheel", 1, robot.rotation.left);
         write_wheel(node + right_wheel_offset, "right wheel", -1, robot.rotation.right);
+        write_arrow(node + arrow_offset);
+        write_sign(node + sign_offset, robot);
         close("Robot");
     }
 
@@ -241,6 +309,9 @@ std::string update_json(Arena const& arena)
         auto right = node_update(node + right_wheel_offset);
         right["rotation"] = wheel_rotation(robot.rotation.right);
         updates.push_back(std::move(right));
+        auto sign = node_update(node + sign_offset);
+        sign["rotation"] = sign_rotation(robot.pose.heading);
+        updates.push_back(std::move(sign));
     }
     boost::json::object state;
     state["time"] = arena.time();

@@ -325,6 +325,12 @@ void Simulator::draw_ahead()
         picture_.draw(*arena_, playback_.mode());
 }
 
+std::vector<RobotDescription> const& Simulator::robots() const
+{
+    static std::vector<RobotDescription> const none;
+    return arena_ ? arena_->world().robots : none;
+}
+
 std::filesystem::path Simulator::project_root() const
 {
     return world_file_.parent_path().parent_path();

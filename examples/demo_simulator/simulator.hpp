@@ -87,6 +87,9 @@ public:
     /// How fast a robot drives on a free way, in radians per second. Only after load().
     void set_cruise(std::string const& robot, double cruise);
 
+    /// Those of the world; none before load().
+    std::vector<RobotDescription> const& robots() const;
+
     /// The folder that holds the folder of the world.
     std::filesystem::path project_root() const;
 

@@ -134,7 +134,8 @@ void StreamingServer::close_client(ClientId client)
 
 std::string StreamingServer::answer_file(FileRequest const& request) const
 {
-    return FileServer(simulator_.project_root(), !simulator_.streams_pictures()).answer(request);
+    return FileServer(simulator_.project_root(), !simulator_.streams_pictures(), simulator_.robots())
+        .answer(request);
 }
 
 ControllerAnswer StreamingServer::answer_controller(std::string_view greeting)

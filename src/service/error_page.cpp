@@ -1,31 +1,61 @@
 #include "error_page.hpp"
 
 #include "core/pages/http_pages.hpp"
+#include "core/pages/preferred_language.hpp"
 #include "core/text.hpp"
 #include "web/assets.hpp"
 
+#include <boost/json/parse.hpp>
+
 #include <algorithm>
 #include <string>
+#include <vector>
 
 namespace webots_cloud {
 namespace {
 
 using core::concat;
 
-/// The page up to its title: everything stands in it, since nothing else of us may be reachable.
+/// From the page's language to its title: everything stands in it, since nothing else of us may be reachable.
 std::string begin_of_page()
 {
     std::string styles;
     for (auto const* style : {"view/tokens.css", "viewer/base.css", "viewer/page.css", "viewer/error.css"})
         styles += web::find_asset(style).value_or(web::Asset()).content;
     return concat(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
         "<meta name=\"color-scheme\" content=\"light dark\">\n"
         "<meta http-equiv=\"Content-Security-Policy\" content=\"script-src 'none'; object-src 'none'; "
         "base-uri 'none'; form-action 'none'\">\n"
         "<link rel=\"icon\" href=\"data:,\">\n<style>\n",
         styles, "</style>\n<title>");
+}
+
+/// What people read here in other languages than English: of each sentence, by its English text, the others
+/// by their languages. What only programs read has none.
+boost::json::object const& translations_of(std::string_view sentence)
+{
+    static auto const all =
+        boost::json::parse(web::find_asset("viewer/error.json").value_or(web::Asset()).content);
+    static boost::json::object const none;
+    auto const* const found = all.as_object().if_contains(sentence);
+    return found ? found->as_object() : none;
+}
+
+/// The one of the sentence's languages that the browser wants most.
+std::string_view language_of(std::string_view sentence, IncomingRequest const& request)
+{
+    std::vector<std::string_view> languages{"en"};
+    for (auto const& translation : translations_of(sentence))
+        languages.push_back(translation.key());
+    return core::preferred_language(request.header("Accept-Language"), languages);
+}
+
+std::string_view said_in(std::string_view language, std::string_view sentence)
+{
+    auto const* const found = translations_of(sentence).if_contains(language);
+    return found ? std::string_view(found->as_string()) : sentence;
 }
 
 bool is_opened_as_page(IncomingRequest const& request)
@@ -61,11 +91,14 @@ void dress_for_people(HttpResponse& response, IncomingRequest const& request)
         : response.status == 404 ? "There is nothing at this address. Please check it: perhaps the link is "
                                    "old, or a part of it is missing."
                                  : "This address can't be used in this way. Please check the link.";
-    response.body =
-        concat(begin, status, "</title>\n</head>\n<body>\n<main class=\"refusal\">\n",
-               web::find_asset("viewer/favicon.svg").value_or(web::Asset()).content, "<p class=\"status\">",
-               status, "</p>\n<h1>", sentence, "</h1>\n<p><a class=\"button\" href=\"",
-               way_home(request.path), "\">Start page</a></p>\n</main>\n</body>\n</html>\n");
+    auto const language = language_of(sentence, request);
+    response.body = concat("<!DOCTYPE html>\n<html lang=\"", language, begin, status,
+                           "</title>\n</head>\n<body>\n<main class=\"refusal\">\n",
+                           web::find_asset("viewer/favicon.svg").value_or(web::Asset()).content,
+                           "<p class=\"status\">", status, "</p>\n<h1>", said_in(language, sentence),
+                           "</h1>\n<p><a class=\"button\" href=\"", way_home(request.path), "\">",
+                           said_in(language, "Start page"), "</a></p>\n</main>\n</body>\n</html>\n");
+    response.headers.emplace_back("Vary", "Accept-Language");
 }
 
 } // namespace webots_cloud

@@ -1,4 +1,5 @@
 #include "file_server.hpp"
+#include "name_sign.hpp"
 
 #include <boost/test/unit_test.hpp>
 
@@ -6,12 +7,27 @@ using namespace webots_cloud::demo;
 
 namespace {
 
-std::string status_of(std::string const& target, bool serve_project = true)
+std::string answer_to(std::string const& target, bool serve_project,
+                      std::vector<RobotDescription> const& robots)
 {
     FileRequest request;
     request.target = target;
-    std::string const answer = FileServer(WEBOTS_DEMO_PROJECTS "/robots", serve_project).answer(request);
+    return FileServer(WEBOTS_DEMO_PROJECTS "/robots", serve_project, robots).answer(request);
+}
+
+std::string status_of(std::string const& target, bool serve_project = true,
+                      std::vector<RobotDescription> const& robots = {})
+{
+    std::string const answer = answer_to(target, serve_project, robots);
     return answer.substr(0, answer.find("\r\n"));
+}
+
+RobotDescription robot(std::string name, Colour colour = {})
+{
+    RobotDescription description;
+    description.name = std::move(name);
+    description.colour = colour;
+    return description;
 }
 
 } // namespace
@@ -31,6 +47,24 @@ BOOST_AUTO_TEST_CASE(the_built_in_page_needs_no_project)
 {
     BOOST_TEST(status_of("/", false) == "HTTP/1.1 200 OK");
     BOOST_TEST(status_of("/worlds/arena.wbt", false) == "HTTP/1.1 404 Not Found");
+}
+
+BOOST_AUTO_TEST_CASE(the_name_of_each_robot_is_a_picture)
+{
+    std::vector<RobotDescription> const robots{robot("blue"), robot("../\xe9\x9d\x92 \"<>")};
+    for (auto const& each : robots) {
+        auto const path = "/" + sign_path(each);
+        std::string const answer = answer_to(path, true, robots);
+        BOOST_TEST(answer.starts_with("HTTP/1.1 200 OK"));
+        BOOST_TEST(answer.find("Content-Type: image/png\r\n") != std::string::npos);
+        BOOST_TEST(answer.find("\r\n\r\n\x89PNG") != std::string::npos);
+        BOOST_TEST(status_of(path, true) == "HTTP/1.1 404 Not Found");
+        BOOST_TEST(status_of(path, false, robots) == "HTTP/1.1 404 Not Found");
+    }
+    BOOST_TEST(sign_proportion(robot("a longer name")) > sign_proportion(robot("name")));
+    BOOST_TEST(sign_path(robot("blue")) != sign_path(robot("red")));
+    BOOST_TEST(sign_path(robot("blue")) != sign_path(robot("blue", {1, 0, 0})),
+               "browsers would show what they have kept");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

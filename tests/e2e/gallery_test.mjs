@@ -220,6 +220,23 @@ for (const colorScheme of ['light', 'dark']) {
   }
 }
 
+test('an address that leads nowhere says so in the language of the reader, and leads back', async (t) => {
+  const told = new Set();
+  for (const locale of LANGUAGES) {
+    const page = await openPage(t, browser, { locale, ...PHONE });
+    const answer = await page.goto(`${server}/viewer/worlds/nowhere`);
+    assert.equal(answer.status(), 404);
+    assert.equal(await page.locator('html').getAttribute('lang'), locale);
+    told.add(await page.locator('h1').textContent());
+    assert.deepEqual(await accessibilityFindings(page), []);
+    assert.ok(await page.evaluate('document.documentElement.scrollWidth <= innerWidth'), 'nothing is beside the screen');
+    await page.click('main a');
+    await page.waitForURL(`${server}/viewer/worlds/`);
+    await page.context().close();
+  }
+  assert.equal(told.size, LANGUAGES.length);
+});
+
 test('it speaks seven languages', async (t) => {
   const page = await openGallery(t);
   const leads = new Set();

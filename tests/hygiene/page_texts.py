@@ -4,6 +4,9 @@
 Keys are used as say('key') in scripts, and as data-say="key", data-say-label="key", data-say-placeholder="key" or
 data-say-title="key" in pages. Those of refusals are used by the codes of the table in src/core/refusals.cpp: each code has a text,
 `refusal.noWorld` for "no-world", whose values are arguments of all sentences with that code, or `why`, the sentence.
+
+Pages of refusals (src/service/error_page.cpp) say what the servers' code says in English: src/web/viewer/error.json has each of
+these sentences in all other languages, and none that nobody says any more.
 """
 
 import glob
@@ -17,6 +20,8 @@ KEY = re.compile(r"[a-z]+\.[a-z][a-zA-Z0-9]*")  # part.whatItSays
 REFUSALS = os.path.join(WEB, "../core/refusals.cpp")
 # A row: its code and its sentence, a literal or several in a row.
 ROW = re.compile(r"""\{R::\w+, "([a-z-]+)", errc::\w+, \w+,\s*((?:"(?:[^"\\]|\\.)*"\s*)+)""")
+SAID_IN_ENGLISH = os.path.join(WEB, "viewer/error.json")
+LITERALS = re.compile(r'''(?:"(?:[^"\\\n]|\\.)*"\s*)+''')  # one, or several in a row
 UNSAID = {"time-limit": {"minutes"}}  # Arguments that are no part of the sentence.
 USE = re.compile(r"""\bsay\(\s*'([^']+)'|\bdata-say(?:-label|-placeholder|-title)?="([^"]+)\"""")
 
@@ -60,6 +65,14 @@ def refusals():
     return sentences
 
 
+def sentences_of_code():
+    """All literals of the servers, without the ends of lines that some have."""
+    sources = glob.glob(os.path.join(WEB, "../**/*.[ch]pp"), recursive=True)
+    literals = (match[0] for file in sources for match in LITERALS.finditer(read(file)))
+    pieces = ("".join(re.findall(r'"((?:[^"\\\n]|\\.)*)"', literal)) for literal in literals)
+    return {piece.replace('\\"', '"').removesuffix("\\r\\n") for piece in pieces}
+
+
 def key_of(code):
     return "refusal." + re.sub(r"-(\w)", lambda match: match[1].upper(), code)
 
@@ -100,6 +113,15 @@ def problems():
         yield f"nobody says {key!r}"
 
 
-found = list(problems())
+def problems_of_refusals(languages):
+    said = sentences_of_code()
+    for sentence, translations in json.loads(read(SAID_IN_ENGLISH), object_pairs_hook=unique).items():
+        if sentence not in said:
+            yield f"error.json has {sentence!r}, which no server says"
+        if set(translations) != languages - {"en"} or "" in map(str.strip, translations.values()):
+            yield f"error.json: {sentence!r} is in {sorted(translations)} rather than in every language but English"
+
+
+found = [*problems(), *problems_of_refusals(set(texts()))]
 print("\n".join(found) or "Every text is there in every language.")
 sys.exit(1 if found else 0)

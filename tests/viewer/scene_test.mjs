@@ -137,15 +137,29 @@ function follow(page) {
   return state;
 }
 
-// What is wrong with a picture of the robots: a sentence for each that is not where it should be.
+// What is wrong with a picture of the robots: a sentence for each that is not where it should be, or without its name above it.
 function missing(picture, { model, places }) {
   const project = camera(model);
-  return [...model.matchAll(/<Robot id="n(\d+)".*?<Pose [^>]*translation="0 0 ([^"]*)".*?baseColor="([^"]*)"/gs)].flatMap(([, id, height, colour]) => {
+  return [...model.matchAll(ROBOTS)].flatMap(([, id, height, colour, name]) => {
     const [x, y] = places.get(Number(id));
-    const spot = project(picture, [x, y, Number(height)]);
+    const spot = project(picture, [x, y - RIM, Number(height) + HALF]);
     const pixel = picture.at(...spot);
-    return like(pixel, numbers(colour)) ? [] : [`robot ${id} is not at ${spot}: ${pixel} instead of ${colour}`];
+    const sign = project(picture, [x, y, Number(name)]);
+    const letters = around(picture, sign).filter((each) => like(each, numbers(colour))).length;
+    return [...like(pixel, numbers(colour)) ? [] : [`robot ${id} is not at ${spot}: ${pixel} instead of ${colour}`],
+      ...letters >= 10 ? [] : [`the name of robot ${id} is not at ${sign}: ${letters} pixels of it`]];
   });
+}
+
+// The id of each, the height of its body, its colour, and the height of its name.
+const ROBOTS = /<Robot id="n(\d+)".*?<Pose [^>]*translation="0 0 ([^"]*)".*?baseColor="([^"]*)".*?<Pose [^>]*translation="0 0 ([^"]*)"[^>]* billboard="true"/gs;
+const RIM = 0.065; // metres from the middle of the body, where no arrow is
+const HALF = 0.03; // of the body's height
+
+// The pixels of a part of the picture as large as four letters.
+function around(picture, [x, y]) {
+  const [columns, rows] = [[...Array(21).keys()], [...Array(9).keys()]];
+  return rows.flatMap((row) => columns.map((column) => picture.at(x - 10 + column, y - 4 + row)));
 }
 
 async function openLive(t) {
@@ -262,6 +276,19 @@ test('nodes change, come and go, and so do labels', async (t) => {
   await receive('model', { text: BOX });
   await seen(page, is(centre, [1, 0, 0]), 'the box of the next world');
   assert.deepEqual(await page.evaluate('told'), []);
+});
+
+test('what has to face the camera does, and stays where it is', async (t) => {
+  const page = await openScene(t);
+  // A plate that is seen from its edge: a pixel wide.
+  const plate = (billboard) => `<Pose id="n40" translation="0 0 0" rotation="1 0 0 0"${billboard}><Shape id="n41"><PBRAppearance id="n42" baseColor="1 1 0" roughness="1" metalness="0"/>
+    <Box id="n43" size="1 1 0.01"/></Shape></Pose>`;
+  const scene = (billboard) => BOX.replace(/<Solid id="n10"[^]*<\/Solid>/, plate(billboard));
+  const corner = [200 + 30, 200 - 30];
+  await show(page, scene(' billboard="true"'));
+  await seen(page, (picture) => like(picture.at(...corner), [1, 1, 0]) || picture.at(...corner), 'the plate');
+  await show(page, scene(''));
+  await seen(page, (picture) => like(picture.at(...corner), SKY) || picture.at(...corner), 'its edge');
 });
 
 test('on a screen of small pixels the library finds what it draws lines with', async (t) => {

@@ -106,7 +106,7 @@ export class SceneTranslation {
     if (kind === 'Shape')
       return this.#shape(node, use);
     if (POSES.has(kind) || (!(kind in ATTRIBUTES) && node.hasAttribute('translation')))
-      return use ?? this.#element('Transform', node, '', this.#all(node));
+      return use ?? this.#element('Transform', node, '', turned(node, this.#all(node)));
     if (GROUPS.has(kind))
       return use ?? this.#element('Group', node, '', this.#all(node));
     if (kind === 'Billboard')
@@ -291,6 +291,9 @@ function nameOf(node) {
 }
 
 const x3d = (content) => `<?xml version="1.0" encoding="UTF-8"?><X3D profile="Interchange" version="4.0"><Scene>${content}</Scene></X3D>`;
+
+// To whoever looks, where the demo simulator says so of a node.
+const turned = (node, content) => (node.getAttribute('billboard') === 'true' ? `<Billboard axisOfRotation="0 0 0">${content}</Billboard>` : content);
 
 const escaped = (text) => text.replace(/[&<>"]/g, (c) => ({ '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' })[c]);
 

@@ -467,6 +467,48 @@ BOOST_AUTO_TEST_CASE(people_see_a_refusal_in_a_page_of_ours_and_programs_the_sen
     BOOST_TEST(fixture.get("/load", page).body == fixture.get("/load").body, "which is no refusal");
 }
 
+BOOST_AUTO_TEST_CASE(a_refusal_is_in_the_language_that_the_browser_asks_for)
+{
+    AccessParams params;
+    params.monitor_addresses = {"192.0.2.1"};
+    Fixture fixture(std::move(params));
+    auto const refused = [&](std::string_view language) {
+        return fixture.get(
+            "/monitor",
+            {{"Host", "localhost:1999"}, {"Accept", "text/html,*/*"}, {"Accept-Language", language}});
+    };
+    auto const german = refused("de-DE,de;q=0.9,en;q=0.8");
+    BOOST_TEST(german.status == 403);
+    for (auto const* part :
+         {"<html lang=\"de\">", "<h1>Der Monitor dieses Servers ist nicht für Ihre Adresse bestimmt.</h1>",
+          ">Startseite</a>"})
+        BOOST_TEST(german.body.find(part) != std::string::npos, part);
+    BOOST_TEST_REQUIRE(!german.headers.empty());
+    BOOST_TEST(german.headers.back().first == "Vary");
+    BOOST_TEST(german.headers.back().second == "Accept-Language");
+    for (std::string const language : {"de", "es", "fr", "it", "ja", "zh"}) {
+        auto const body = refused(language).body;
+        BOOST_TEST(body.find("<html lang=\"" + language + "\">") != std::string::npos, language);
+        BOOST_TEST(body.find("The monitor of this server") == std::string::npos, language);
+        BOOST_TEST(body.find("Start page") == std::string::npos, language);
+    }
+    BOOST_TEST(refused("nl").body.find("<h1>The monitor of this server is not") != std::string::npos);
+    BOOST_TEST(refused("nl").body.find("<html lang=\"en\">") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_refusal_for_programs_stays_in_english_as_a_whole)
+{
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/";
+    Headers const headers{{"Accept", "text/html"}, {"Accept-Language", "de"}};
+    request.headers = headers;
+    HttpResponse response(400, std::string(core::html_type), "Expected /api/drain.");
+    dress_for_people(response, request);
+    for (auto const* part : {"<html lang=\"en\">", "<h1>Expected /api/drain.</h1>", ">Start page</a>"})
+        BOOST_TEST(response.body.find(part) != std::string::npos, part);
+}
+
 BOOST_AUTO_TEST_CASE(the_way_home_from_a_refusal_leads_up)
 {
     IncomingRequest request;
