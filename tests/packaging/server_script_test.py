@@ -581,7 +581,20 @@ class Refusing(ServerScriptTest):
                           ["start", "../local"], ["stop", "--port", "3000"], ["start", "--port"]):
             status, output, errors = self.run_script(*arguments)
             self.assertEqual((status, output), (2, ""))
-            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart|status [NAME|--lan]"), arguments)
+            lines = errors.splitlines()
+            if arguments:
+                self.assertEqual(lines.pop(0), "Not understood: ./server.sh " + " ".join(arguments))
+            self.assertEqual(lines[0], "Usage: ./server.sh start|restart [NAME|--lan] [--port NUMBER]")
+            self.assertEqual(lines[-1], "./server.sh help says what each does.")
+
+    def test_help_fits_a_terminal_and_explains_every_word_of_its_usage(self):
+        for word in ("help", "--help", "-h"):
+            status, output, errors = self.run_script(word)
+            self.assertEqual((status, errors), (0, ""))
+        lines = output.splitlines()
+        self.assertLessEqual(max(map(len, lines)), 80)
+        words = set(re.findall(r"--lan|--port|NAME|\b[a-z]{4,}", "".join(lines[:3]).replace("server.sh", "")))
+        self.assertEqual(words - {match[1] for line in lines[3:] if (match := re.match(r"  (\S+) +[A-Z]", line))}, set())
 
 
 class Status(ServerScriptTest):
