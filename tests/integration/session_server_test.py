@@ -21,7 +21,7 @@ from support.machine import Machine  # noqa: E402
 from support.servers import SessionServer, main, program, wait_until  # noqa: E402
 
 try:
-    import websockets
+    from support import web_sockets as websockets
     from support.mailbox import CompletionQueue
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (packages python3-websockets, python3-aiosmtpd)") or 77)
