@@ -122,6 +122,9 @@ lock()
     [[ ! $PWD =~ $refused ]] ||
         fail "Nothing can be built in a folder with ${BASH_REMATCH[0]} in its path: CMake does not take that. Rename or move $PWD."
     mkdir -p build/release 2>/dev/null && [[ -w build/release ]] || fail "Nothing can be built in $PWD/build: may $(id -un) write there?"
+    { : >build/release/.runs && chmod +x build/release/.runs; } 2>/dev/null && ! build/release/.runs 2>/dev/null &&
+        fail "No program of $PWD can be run: its disk is mounted with noexec. Move it to another disk, or mount that with exec."
+    rm -f build/release/.runs
     exec {lock}<build/release
     flock "$lock"
 }
