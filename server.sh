@@ -13,41 +13,55 @@ source cmake/packages/install.sh
 
 site=$PWD/build/release/bin/webots-site
 
+forms="Usage: ./server.sh start|restart [NAME|--lan] [--port NUMBER]
+       ./server.sh stop|status [NAME|--lan]
+       ./server.sh package|install|help"
+
 usage()
 {
-    cat <<'END'
-Usage: ./server.sh start|stop|restart|status [NAME|--lan]
-       ./server.sh start|restart [NAME|--lan] --port NUMBER
-       ./server.sh package|install
+    cat <<END
+$forms
 
-  start    Install missing packages, build, and start the servers with config/simulation/NAME.json,
-           config/session/NAME.json and config/website_host/NAME.json: those whose file exists. NAME is "local"
-           unless given. Either all run in the end, or what was started is stopped again.
-           Where a configuration names a certificate in this folder that is not there, as "tls" does, one is made
-           that is signed by nobody: good for a try, until you have a real one.
-           --lan is short for "lan": a site for a class, which every machine of the network reaches; the address for
-           the others is printed, with a QR code for phones, and where a teacher opens a class, with the password,
-           which is made at the first start.
-           --port moves the whole site: people open it at this port, and its other ports move by as much.
-  stop     Stop them. Simulations that run are ended cleanly. With NAME only the servers that run with it.
-  restart  stop, whatever runs, and start, at the same ports unless told otherwise.
-  status   Say which servers run, since when, with which configuration, at which address, where they log, how
-           many seats are taken, and what visitors meet. With NAME only those that run with it.
-  package  Install missing packages, build, and make Debian packages of the servers in build/release/packages, to be
-           installed on other machines.
-  install  The same, and install them here: as services that systemd starts with the machine, configured in
-           /etc/webots-cloud. An edited configuration is kept.
+  start    Install missing packages, build, start the servers, and print the
+           address to open. Servers that run already are left as they are.
+           Either all run in the end, or what was started is stopped again.
+  stop     Stop them. Simulations that run are ended cleanly.
+  restart  Stop whatever runs, and start, at the same ports unless told
+           otherwise.
+  status   Say which servers run, since when, at which address, where they
+           log, how many seats are taken, and what visitors meet.
+  package  Install missing packages, build, and make Debian packages of the
+           servers in build/release/packages, for other machines.
+  install  The same, and install them here: as services that start with the
+           machine, configured in /etc/webots-cloud. A configuration that you
+           have edited is kept.
+  help     Show this text.
 
-Exit statuses: 0: done, or running; 1: it failed; 2: wrong arguments; 3, of status: no such server runs.
-Servers that run already are left as they are. They log to log/session, log/simulation and log/website_host.
+  NAME     The servers read NAME.json in config/session, config/simulation
+           and config/website_host; those whose file exists run. NAME is
+           "local" unless given: a site for this machine alone. Where a
+           configuration names a certificate in this folder that is not there,
+           as "tls" does, one is made for a try. Nobody has signed it, so
+           browsers warn.
+           stop and status with a NAME are about the servers that run with it.
+  --lan    Short for "lan": a site for a class, which every machine of the
+           network reaches. The address for the others is printed, with a QR
+           code for phones, and where a teacher opens a class, with the
+           password, which the first start makes.
+  --port   Move the whole site: people open it at this port, and its other
+           ports move by as much.
+
+Exit statuses: 0: done, or running; 1: it failed; 2: wrong arguments;
+3, of status: no such server runs.
+The servers log to log/session, log/simulation and log/website_host.
 END
 }
 
 main()
 {
-    local name='( --lan| [A-Za-z0-9_.][A-Za-z0-9_.-]*)?'
-    [[ $* != -h && $* != --help ]] || { usage && exit 0; }
-    [[ $* =~ ^(start|restart)$name(\ --port\ [0-9]+)?$ || $* =~ ^(stop|status)$name$ || $* =~ ^(package|install)$ ]] || { usage >&2 && exit 2; }
+    local name='( --lan| [A-Za-z0-9_.][A-Za-z0-9_.-]*)?' port='( --port [0-9]+)?'
+    [[ ! $* =~ ^(help|-h|--help)$ ]] || { usage && exit 0; }
+    [[ $* =~ ^(start|restart)($name$port|$port$name)$ || $* =~ ^(stop|status)$name$ || $* =~ ^(package|install)$ ]] || misunderstood "$@"
     case $1 in
         start | restart) prepare "${@:2}" ;;
         stop | status) [[ -x $site ]] || tell_unbuilt "$1" ;;
@@ -61,6 +75,14 @@ main()
     exec "$site" "$@"
 }
 
+misunderstood()
+{
+    [[ $# -eq 0 ]] || echo "Not understood: ./server.sh $*" >&2
+    echo "$forms
+./server.sh help says what each does." >&2
+    exit 2
+}
+
 # Without our program, which any start builds, no server of this version has been started.
 tell_unbuilt()
 {
@@ -70,11 +92,18 @@ tell_unbuilt()
     [[ $1 == stop ]] && exit 0 || exit 3
 }
 
-# prepare [NAME|--lan]: all that has to be there before a start.
+# prepare ARGUMENT...: all that has to be there before a start with these.
 prepare()
 {
     local name=local
-    [[ ${1---port} == --port ]] || name=${1/#--lan/lan}
+    while [[ $# -gt 0 ]]; do
+        case $1 in
+            --port) shift ;; # and its number, below
+            --lan) name=lan ;;
+            *) name=$1 ;;
+        esac
+        shift
+    done
     [[ -e config/session/$name.json || -e config/simulation/$name.json ]] ||
         fail "Expected the name of a configuration, found \"$name\":" \
             "there is neither config/session/$name.json nor config/simulation/$name.json."
@@ -93,6 +122,9 @@ lock()
     [[ ! $PWD =~ $refused ]] ||
         fail "Nothing can be built in a folder with ${BASH_REMATCH[0]} in its path: CMake does not take that. Rename or move $PWD."
     mkdir -p build/release 2>/dev/null && [[ -w build/release ]] || fail "Nothing can be built in $PWD/build: may $(id -un) write there?"
+    { : >build/release/.runs && chmod +x build/release/.runs; } 2>/dev/null && ! build/release/.runs 2>/dev/null &&
+        fail "No program of $PWD can be run: its disk is mounted with noexec. Move it to another disk, or mount that with exec."
+    rm -f build/release/.runs
     exec {lock}<build/release
     flock "$lock"
 }

@@ -10,11 +10,16 @@ source cmake/packages/install.sh
 # code the scheduler's own tests run as well; walls is what sandboxes keep out; hygiene and documentation read texts.
 without_sanitizers='^(packaging|browser|bench|theory|simulation|walls|hygiene|documentation)$'
 
-usage="Usage: ./test.sh [--quick|--all] [PRESET ...]
+usage="Usage: ./test.sh [--quick|--all|PRESET ...]
+
+Installs what the tests need, builds, and tests: the release, then with the
+sanitizers of clang what they may find something in.
+
   --quick   the release alone
-  --all     also what takes long: tests with the label extended, and nearly all tests under the sanitizers
-  PRESET    only these presets, with all their tests; without: release clang-asan.
-            asan is the suite under the sanitizers of g++, whose build alone takes 15 minutes: see HACKING.md"
+  --all     also what takes long: tests with the label extended, and nearly all
+            tests with the sanitizers
+  PRESET    only these presets, with all their tests: release, clang-asan, dev,
+            or asan, which are the sanitizers of g++; HACKING.md has them all"
 
 main()
 {
@@ -24,7 +29,7 @@ main()
         '') ;;
         --quick) presets=(release) ;;
         --all) all=yes ;;
-        --help)
+        help | -h | --help)
             echo "$usage"
             exit
             ;;
@@ -34,6 +39,9 @@ main()
             ;;
         *) presets=("$@") && all=yes ;;
     esac
+    for preset in "${presets[@]}"; do
+        grep -qF "{\"name\": \"$preset\", \"configurePreset\"" CMakePresets.json || fail "There is no preset \"$preset\": ./test.sh help names them."
+    done
     install_packages cmake/packages/build.txt cmake/packages/package.txt cmake/packages/test.txt cmake/packages/docs.txt
     install_node_packages src/web/view || echo "The tests of the 3D view and of CodeMirror will be skipped: npm could not install these libraries." >&2
     install_node_packages src/web/class || echo "The QR code of a class will not be tested: npm could not install its library." >&2

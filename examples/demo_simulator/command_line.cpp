@@ -18,21 +18,20 @@ std::string usage()
 {
     std::string text = "Usage: webots-demo-simulator [options] <world.wbt>\n"
                        "\n"
-                       "The demo simulator of webots_cloud. This is not Webots: it takes Webots' command "
-                       "line, speaks Webots'\n"
-                       "streaming protocol and moves a few two-wheeled robots about in an arena, for "
-                       "machines without Webots.\n"
+                       "The demo simulator of webots_cloud, for machines without Webots. It takes the\n"
+                       "command line of Webots, speaks its streaming protocol, and moves a few\n"
+                       "two-wheeled robots about in an arena.\n"
                        "\n"
                        "Options that do something:\n";
     for (auto const& option : program_options) {
         std::string const form = std::string(option.name) + option.value;
         text +=
-            "  " + form + std::string(form.size() < 32 ? 32 - form.size() : 1, ' ') + option.summary + "\n";
+            "  " + form + std::string(form.size() < 28 ? 28 - form.size() : 1, ' ') + option.summary + "\n";
     }
-    text += "\nOptions that are accepted and ignored:\n ";
+    text += "\nOptions that are accepted and ignored:\n";
     for (auto const& option : ignored_options)
-        text += std::string(" ") + option.name + option.value;
-    return text + "\n\nFaults, separated by commas:\n" + std::string(fault_help());
+        text += std::string("  ") + option.name + option.value + "\n";
+    return text + "\nFaults, separated by commas:\n" + std::string(fault_help());
 }
 
 /// Thrown and caught in this file only.

@@ -12,15 +12,15 @@ struct ProgramOption
 };
 
 inline constexpr ProgramOption program_options[] = {
-    {"--port", "=<1..65535>", "TCP port of the stream (1234; the next ten are tried when it is busy)"},
-    {"--stream", "[=w3d|x3d|mjpeg]", "what to stream: scene updates (default) or pictures"},
-    {"--stream", "=\"port=<p>;...\"", "the same in the spelling of R2021b and older"},
+    {"--port", "=<1..65535>", "port of the stream (1234, or one of the next ten)"},
+    {"--stream", "[=w3d|x3d|mjpeg]", "the scene (default), or pictures"},
+    {"--stream", "=\"port=<p>;...\"", "the same, as R2021b and older spell it"},
     {"--mode", "=pause|realtime|fast", "how to start (realtime)"},
     {"--heartbeat", "[=<ms>]", "time between the '.' lines on stdout (1000)"},
     {"--stdout", "", "write the robots' console lines to stdout too"},
-    {"--extern-urls", "", "write to stdout where controllers connect that somebody else starts"},
-    {"--demo-address", "=<ip>", "address to listen on (all); also WEBOTS_DEMO_ADDRESS"},
-    {"--demo-faults", "=<list>", "misbehave, as --help says at its end; also WEBOTS_DEMO_FAULTS"},
+    {"--extern-urls", "", "print where controllers of others connect"},
+    {"--demo-address", "=<ip>", "where it listens (all); also WEBOTS_DEMO_ADDRESS"},
+    {"--demo-faults", "=<list>", "misbehave, see below; also WEBOTS_DEMO_FAULTS"},
     {"--help", "", "show this text"},
     {"--version", "", "show the version"},
     {"--sysinfo", "", "show what the simulator knows of the machine"},

@@ -30,20 +30,20 @@ constexpr auto name = "webots-website-host";
 constexpr auto default_configuration = "config/website_host/local.json";
 constexpr std::size_t max_key_file = 4096;
 
-constexpr auto help =
-    "Usage: webots-website-host [--check-config] [--move-ports=NUMBER] [CONFIGURATION]\n"
-    "\n"
-    "An example of a website that starts simulations: it serves a page with a simulation and an editor, and "
-    "the\n"
-    "scripts /ajax/download-project.php and /ajax/upload-file.php. CONFIGURATION is a file in JSON\n"
-    "(config/website_host/local.json); examples/website_host/README.md describes its keys. Paths in it begin "
-    "in\n"
-    "the folder where this program is started. It ends on SIGTERM or SIGINT.\n"
-    "\n"
-    "  --check-config       read the configuration, say what is wrong with it, and stop\n"
-    "  --move-ports=NUMBER  add this to \"port\", and to the port of \"sessionServer\" where that is on this "
-    "machine\n"
-    "  --help               show this\n";
+constexpr auto help = "Usage: webots-website-host [OPTION...] [CONFIGURATION]\n"
+                      "\n"
+                      "An example of a website that starts simulations: it serves a page with a\n"
+                      "simulation and an editor, and the scripts /ajax/download-project.php and\n"
+                      "/ajax/upload-file.php. It ends on SIGTERM or SIGINT.\n"
+                      "\n"
+                      "CONFIGURATION is a file in JSON, config/website_host/local.json unless given.\n"
+                      "Paths in it begin in the folder where this program is started.\n"
+                      "examples/website_host/README.md describes its keys.\n"
+                      "\n"
+                      "  --check-config       read the configuration, say what is wrong with it, stop\n"
+                      "  --move-ports=NUMBER  add this to \"port\", and to the port of \"sessionServer\"\n"
+                      "                       where that is on this machine\n"
+                      "  --help               show this text\n";
 
 int complain(std::string const& sentence)
 {

@@ -106,8 +106,8 @@ std::string terminal_text(std::string_view sentence);
 /// Errors: `invalid_config`, naming the file and the reason.
 result<std::string> read_config_file(std::filesystem::path const& path);
 
-/// Opens the log of a program and prints what is wrong with it, if anything. Its first lines are `warnings`,
-/// those of the configuration.
+/// Opens the log of a program and prints what is wrong with it, if anything; in a terminal, where it is. Its
+/// first lines are `warnings`, those of the configuration.
 std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout,
                                bool json, std::vector<std::string> const& warnings = {});
 

@@ -20,6 +20,8 @@
 #include <charconv>
 #include <iostream>
 
+#include <unistd.h>
+
 namespace webots_cloud {
 
 namespace fs = std::filesystem;
@@ -121,7 +123,9 @@ std::optional<int> print_asked(Program const& program, options::variables_map co
     else if (given.count("help"))
         std::cout << "Usage: " << program.name << " [OPTION...] [CONFIG.json]\n\n"
                   << program.summary << "\n\nWithout CONFIG.json it reads " << program.default_config.string()
-                  << ", or else /etc/webots-cloud/" << program.kind << ".json.\n\n"
+                  << ", or else\n/etc/webots-cloud/" << program.kind
+                  << ".json. It stays in the foreground. Its log is in\nlog/" << program.kind
+                  << " unless \"logDir\" or \"debug\" say otherwise.\n\n"
                   << shown << "\nSignals:\n"
                   << table(app::signals_of(program)) << "\nExit statuses:\n"
                   << table(app::exit_statuses());
@@ -219,6 +223,9 @@ std::optional<Logger> open_log(Program const& program, fs::path const& file, boo
     if (log) {
         for (auto const& warning : warnings)
             log->warning(warning);
+        if (!to_stdout && ::isatty(STDERR_FILENO)) // somebody waits for it to say something
+            std::cerr << program.name << ": What it does is logged to " << terminal_text(file.string())
+                      << ". Ctrl-C ends it." << std::endl;
         return *log;
     }
     std::cerr << program.name << ": " << terminal_text(log.error().message()) << std::endl;

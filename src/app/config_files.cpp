@@ -8,6 +8,7 @@
 #include "core/text.hpp"
 #include "environment.hpp"
 
+#include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/http_client.hpp>
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/adapters/operator.hpp>
@@ -158,6 +159,18 @@ result<> check_sandbox(Configured<SimulationConfig> const& configured, fs::path 
                           ", or write \"auto\", which takes what there is"));
 }
 
+/// Of those that are named; whether they can be had for simulations is tried at the start.
+result<> check_user(Configured<SimulationConfig> const& configured, fs::path const& origin)
+{
+    auto const& name = configured.config.simulation_user;
+    bool const is_elsewhere = configured.config.docker || configured.config.slurm;
+    if (is_elsewhere || name == "auto" || name == "none" || name == "subordinate" || find_account(name))
+        return {};
+    return Failure(errc::invalid_config,
+                   concat(place_of(origin, "simulationUser"), ": this machine has no user \"", name,
+                          "\", and the server does not start without: make one, or write \"auto\""));
+}
+
 bool everybody_may_read(fs::path const& file)
 {
     std::error_code failed;
@@ -244,7 +257,7 @@ result<> check_files(Configured<SimulationConfig>& configured, fs::path const& o
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
     for (auto const& checked : {check_network(configured, origin), check_access(configured, origin),
                                 check_trust(configured, origin), check_webots(configured.config, origin),
-                                check_sandbox(configured, origin)})
+                                check_sandbox(configured, origin), check_user(configured, origin)})
         if (!checked)
             return checked;
     auto const has_templates = check_templates(configured.config, origin);

@@ -11,13 +11,14 @@ Program session_server_program()
     Program program;
     program.name = "webots-session-server";
     program.kind = "session";
-    program.summary = "Tells browsers whether a simulation machine is free and sends each to the best one.";
+    program.summary = "Tells browsers whether a machine is free, and sends each to the best one.";
     program.default_config = "config/session/local.json";
     program.commands = {
         {"drain", "ADDRESS",
          "ask the running server to send nobody to this simulation server, named as in \"simulationServers\"",
          "POST", "/api/drain?machine="},
-        {"resume", "ADDRESS", "ask it to send browsers there again", "POST", "/api/drain?off&machine="},
+        {"resume", "ADDRESS", "after --drain: ask the running server to send browsers there again", "POST",
+         "/api/drain?off&machine="},
         {"decisions", "show the last 100 placements of the running server, and why", "GET", "/api/decisions"},
     };
     program.commands.back().table = core::decisions_table;
@@ -33,10 +34,12 @@ Program simulation_server_program()
     program.default_config = "config/simulation/local.json";
     program.commands = {
         {"drain", "ask the running server to take no new simulations", "POST", "/api/drain"},
-        {"drain-and-exit", "the same, and to end with the last simulation", "POST", "/api/drain?exit"},
-        {"resume", "ask it to take new simulations again", "POST", "/api/drain?off"},
-        {"end", "NUMBER", "ask it to end the simulation of this number on its monitor page", "POST",
-         "/api/end?simulation="},
+        {"drain-and-exit", "the same, and to end after the last simulation", "POST", "/api/drain?exit"},
+        {"resume", "after --drain: ask the running server to take new simulations again", "POST",
+         "/api/drain?off"},
+        {"end", "NUMBER",
+         "ask the running server to end the simulation with this number, which its monitor page shows",
+         "POST", "/api/end?simulation="},
     };
     return program;
 }
@@ -63,17 +66,17 @@ std::vector<ProgramOption> options_of(Program const& program)
         option("check-config", "read the configuration, say what is wrong with it, and stop"),
         option("doctor", "look at everything that can be wrong with the server and this machine, say what to "
                          "do, and stop"),
-        option("help",
-               "show this text; with the name of a key of the configuration after it: what that does"),
+        option("help", "show this text, or what a key of the configuration does, as in --help port"),
         option("json",
                has_tables ? "with --doctor or --decisions: say it in JSON" : "with --doctor: say it in JSON"),
         option("log-format", "how lines of the log are written, whatever the configuration says",
                "text|json"),
-        option(
-            "move-ports",
-            "add this to the ports of this machine that the configuration names: the server's own, and of a "
-            "session server those of simulation servers beside it",
-            "NUMBER"),
+        option("move-ports",
+               program.kind == "session"
+                   ? "add this to the ports of the configuration: the server's own, and those of simulation "
+                     "servers on this machine"
+                   : "add this to the server's ports of the configuration",
+               "NUMBER"),
         option("schema", "show the JSON Schema of the configuration, for editors"),
         option("version", "show the version"),
     };
@@ -92,7 +95,7 @@ std::vector<ProgramOption> options_of(Program const& program)
 std::vector<Meaning> signals_of(Program const& program)
 {
     std::vector<Meaning> signals{
-        {"SIGHUP", "read the configuration again; the log names changed keys that need a restart"},
+        {"SIGHUP", "read the configuration again; what needs a restart is logged"},
         {"SIGTERM, SIGINT",
          program.kind == "simulation" ? "end cleanly, after all simulations" : "end cleanly"},
     };
@@ -107,7 +110,7 @@ std::vector<Meaning> exit_statuses()
         {"0", "it was ended by a signal, or has done what was asked"},
         {"1", "it could not go on; or, of --doctor, there are warnings"},
         {"2", "arguments or configuration are unusable; or, of --doctor, there are faults"},
-        {"3", "a port is in use, or something else is missing that may come: worth another try"},
+        {"3", "a port is in use, or something is missing that may come: try again later"},
     };
 }
 

@@ -557,26 +557,29 @@ int watch_owner()
 }
 
 /// The usage text.
-void explain(std::FILE* file, char const* name)
+void explain(std::FILE* file)
 {
-    char const* before = "usage:";
+    char const* before = "Usage:";
     for (char const* const form : webots_cloud::guard::forms) {
-        std::fprintf(file, "%-6s %s %s\n", before, name, form);
+        std::fprintf(file, "%-6s %s %s\n", before, program_invocation_short_name, form);
         before = "";
     }
-    std::fprintf(file, "\nOptions:\n");
+    std::fprintf(file, "\nwebots-simulation-server starts it for each simulation: it runs one program, and\n"
+                       "ends all that this has started. People need --probe alone.\n\nOptions:\n");
     for (auto const& option : webots_cloud::guard::options)
         std::fprintf(file, "  --%s%s%s\n        %s\n", option.name, *option.value ? " " : "", option.value,
                      option.summary);
-    std::fprintf(file,
-                 "\nSIGTERM, SIGINT and SIGHUP ask the program to end, as a byte on standard input does; "
-                 "its end kills the whole tree.\nThe exit status is that of the program; 127: it could "
-                 "not be started.\n");
+    std::fprintf(file, "\nSIGTERM, SIGINT and SIGHUP ask the program to end, as a byte on standard input\n"
+                       "does; its end kills the whole tree. The exit status is that of the program;\n"
+                       "127: it could not be started.\n");
 }
 
-int usage(char const* name)
+int refuse_arguments()
 {
-    explain(stderr, name);
+    std::fprintf(stderr,
+                 "%s: these arguments are not understood. webots-simulation-server starts this program; "
+                 "--help says how.\n",
+                 program_invocation_short_name);
     return 2;
 }
 
@@ -681,7 +684,7 @@ int do_one_thing(int argc, char** argv)
 {
     using namespace webots_cloud::guard;
     if (argc == 2 && std::strcmp(argv[1], "--help") == 0) {
-        explain(stdout, argv[0]);
+        explain(stdout);
         return 0;
     }
     if (argc == 5 && std::strcmp(argv[1], "--try") == 0)
@@ -762,7 +765,6 @@ int main(int argc, char** argv)
     if (int const status = do_one_thing(argc, argv); status >= 0)
         return status;
     webots_cloud::guard::forbid_tracing();
-    char const* const name = argv[0];
     char** const cleanup_command = take_cleanup_command(argc, argv);
     webots_cloud::guard::Job job;
     bool const job_understood = webots_cloud::guard::take_job(argc, argv, job);
@@ -778,7 +780,7 @@ int main(int argc, char** argv)
     program.is_job = job.last > 0;
     bool const understood = take_program(argc, argv, program);
     if (!job_understood || !understood || (argc < 2 && !(is_probe && argc == 0)))
-        return usage(name);
+        return refuse_arguments();
     setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
     prctl(PR_SET_PDEATHSIG, SIGCONT); // wakes us when the server dies while we are stopped

@@ -147,8 +147,11 @@ std::string document(std::string const& kind, std::string const& name)
 
 int main(int argc, char** argv)
 {
-    if (argc != 3)
+    if (argc != 3) {
+        std::cerr << "Usage: webots-manual man|bash|zsh|fish PROGRAM\n"
+                     "       webots-manual man PROGRAM.json\n";
         return 2;
+    }
     std::cout << document(argv[1], argv[2]);
     return std::cout.flush() ? 0 : 1;
 }

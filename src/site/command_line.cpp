@@ -75,17 +75,15 @@ std::string_view help_text() noexcept
            "       webots-site stop|status [NAME|--lan]\n"
            "       webots-site idle\n"
            "\n"
-           "Starts and stops the servers of the folder where it is run: what ./server.sh does after "
-           "building.\n"
-           "./server.sh --help says what start, restart, stop and status do; server.sh alone needs the "
-           "others:\n"
+           "Starts and stops the servers of the folder where it is run: what ./server.sh\n"
+           "does after building. ./server.sh help says what start, restart, stop and status\n"
+           "do; server.sh alone needs the others:\n"
            "\n"
-           "  ready   say what would keep a start from beginning, before anything is built for it\n"
+           "  ready   say what would keep a start from beginning, before anything is built\n"
            "  idle    say which server runs here, if any\n"
            "\n"
-           "Exit statuses: 0: done, or running; 1: it failed; 2: wrong arguments; 3, of status: no such "
-           "server "
-           "runs.\n";
+           "Exit statuses: 0: done, or running; 1: it failed; 2: wrong arguments;\n"
+           "3, of status: no such server runs.\n";
 }
 
 } // namespace webots_cloud::site

@@ -44,12 +44,16 @@ bool counts_in_inner_namespace(std::string_view status)
     return numbers.substr(0, numbers.find('\n')).find('\t') != std::string_view::npos;
 }
 
-/// By the name of a server.
+/// By the name of a server. One whose folder was renamed runs the program of its name.
 bool is_posing_as_server(Process const& process)
 {
+    if (!parse_server(process.arguments))
+        return false;
     std::error_code failed;
-    return parse_server(process.arguments) &&
-           is_posing(process, fs::weakly_canonical(process.arguments.front(), failed).native());
+    fs::path const called = process.arguments.front();
+    fs::path const program = process.program;
+    bool const has_name = process.is_moved && program.filename() == called.filename();
+    return is_posing(process, (has_name ? program : fs::weakly_canonical(called, failed)).native());
 }
 
 } // namespace
@@ -94,6 +98,7 @@ std::optional<Process> read_process(pid_t id)
     if (line && !line->empty())
         for (auto const word : core::split(std::string_view(*line).substr(0, line->size() - 1), '\0'))
             process.arguments.emplace_back(word);
+    process.is_moved = parse_server(process.arguments) && !fs::exists(process.arguments.front(), hidden);
     return process;
 }
 

@@ -80,9 +80,15 @@ Process const* find_server(std::vector<Process> const& processes, Kind kind, std
     Process const* found = nullptr;
     for (auto const& each : processes) {
         auto const server = parse_server(each.arguments);
-        if (!server || server->kind != kind || checkout_of(*server) != folder)
+        if (!server || server->kind != kind)
             continue;
-        if (noted && each.id == *noted)
+        bool const is_noted = noted && each.id == *noted;
+        if (checkout_of(*server) != folder) {
+            if (is_noted && each.is_moved && is_whose(each.user, user))
+                return &each;
+            continue;
+        }
+        if (is_noted)
             return &each;
         auto const ours = concat(folder, "/", config_file(kind, name_of(*server)));
         if (!found && is_whose(each.user, user) && configuration_path(*server) == ours)

@@ -24,6 +24,7 @@ struct Process
     std::vector<std::string> arguments; ///< What it says itself: any process can say anything.
     std::string program;   ///< The file that it runs, as the kernel says; empty: it does not tell us.
     bool is_inner = false; ///< It is in a PID namespace below ours, as simulations are.
+    bool is_moved = false; ///< What its command line names is not there, as after a folder was renamed.
 };
 
 /// What the command line of a server says.
@@ -55,7 +56,8 @@ std::string name_of(ServerCommand const& server);
 
 /// The server of this kind of the site in `folder`, or null. Its number is `noted`, unless that is another
 /// program's by now; or it has none, as where its `log` was removed, and is known by its program and its
-/// configuration. `user`: who asks. Whatever others run by such a name is theirs.
+/// configuration. Where the folder was renamed while it ran, the note has come along. `user`: who asks.
+/// Whatever others run by such a name is theirs.
 Process const* find_server(std::vector<Process> const& processes, Kind kind, std::string_view folder,
                            std::optional<pid_t> noted, uid_t user);
 

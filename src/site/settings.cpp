@@ -62,6 +62,8 @@ result<Settings> parse_simulation(Settings settings, std::string_view text, int 
     if (!config)
         return config.error();
     take_common(settings, *config);
+    if (!config->docker && !config->slurm)
+        settings.simulation_ports = config->launching.max_simulations;
     return settings;
 }
 

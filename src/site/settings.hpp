@@ -23,6 +23,7 @@ struct Settings
     PublicAddress address;             ///< With the port where it listens.
     std::string listen_address;        ///< Numeric.
     std::uint16_t redirect_port = 0;
+    int simulation_ports = 0;          ///< How many after its own its simulations have on this machine.
     std::filesystem::path certificate; ///< Empty: no TLS.
     std::filesystem::path key;
     std::filesystem::path log_dir = "log";

@@ -131,21 +131,36 @@ result<> compare(StartedSite const& site, Settings const& settings, Process cons
                                          ": stop it first, or use restart."));
 }
 
+PortUse use_of(StartedSite const& site, Settings const& settings, std::uint16_t port)
+{
+    PortUse use;
+    use.kind = settings.kind;
+    use.name = site.name;
+    use.is_redirect = port == settings.redirect_port;
+    use.has_session = has_configuration(Kind::session, site.name);
+    use.has_website = has_configuration(Kind::website_host, site.name);
+    use.site_port = site.servers.back().address.port; // of the session server, if there is one
+    return use;
+}
+
 result<> find_free_ports(StartedSite const& site, Settings const& settings)
 {
-    for (auto const port : ports_of(settings)) {
-        if (!is_taken(settings.listen_address, port))
-            continue;
-        PortUse use;
-        use.kind = settings.kind;
-        use.name = site.name;
-        use.is_redirect = port != settings.address.port;
-        use.has_session = has_configuration(Kind::session, site.name);
-        use.has_website = has_configuration(Kind::website_host, site.name);
-        use.site_port = site.servers.back().address.port; // of the session server, if there is one
-        return Failure(errc::unavailable, port_taken(settings, site.name, port, other_ports(use)));
-    }
-    return {};
+    for (auto const port : ports_of(settings))
+        if (is_taken(settings.listen_address, port))
+            return Failure(errc::unavailable,
+                           port_taken(settings, site.name, port, other_ports(use_of(site, settings, port))));
+    int const first = settings.address.port + 1;
+    int const end = first + settings.simulation_ports;
+    int taken = first;
+    while (taken < end && is_taken(settings.listen_address, static_cast<std::uint16_t>(taken)))
+        ++taken;
+    if (taken == first || taken < end) // other simulations may have those of a machine
+        return {};
+    return Failure(errc::unavailable,
+                   concat("All ports of simulations, ", std::to_string(first), " to ",
+                          std::to_string(end - 1), ", are in use by other programs: ", site.name, " ",
+                          called(settings.kind), " not started. End these programs; or ",
+                          other_ports(use_of(site, settings, settings.address.port)), "."));
 }
 
 /// Of each server of the site, in its order: the process that runs already.

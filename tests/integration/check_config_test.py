@@ -127,7 +127,7 @@ class Configuration(Checking):
         with HangingNames() as names:
             status, said = self.check("session", prefix=names.wrapper, simulationServers=[f"sim{i}.example.org:2000" for i in range(100)])
         self.assertEqual((status, said.count("\n")), (0, 1), said)
-        self.assertIn("names: no name server has answered in time for 100 of 101 names. See to /etc/resolv.conf", said)
+        self.assertIn("names: no name server has answered in time for 100 of 101 names. Check /etc/resolv.conf", said)
 
     def test_a_sandbox_that_is_asked_for_by_name_is_installed(self):
         self.environment = {"PATH": "/nowhere"}
@@ -136,6 +136,13 @@ class Configuration(Checking):
             self.assertEqual(status, 2, said)
             self.assertRegex(said, f'c.json:1:[0-9]+: key "sandbox": {name} is not installed, and the server does not start without it: apt install')
         self.assertEqual(self.check(sandbox="auto"), (0, ""))
+
+    def test_a_user_of_simulations_that_is_asked_for_by_name_is_there(self):
+        status, said = self.check(simulationUser="nobody-here")
+        self.assertEqual(status, 2, said)
+        self.assertRegex(said, 'c.json:1:[0-9]+: key "simulationUser": this machine has no user "nobody-here", and the server does not start without')
+        for name in ("auto", "none", "subordinate", "nobody"):
+            self.assertEqual(self.check(simulationUser=name), (0, ""))
 
     def test_a_configuration_of_the_other_server(self):
         status, said = self.check("simulation", simulationServers=["localhost:2000"])

@@ -23,7 +23,7 @@ from support.ports import free_port  # noqa: E402
 from support.servers import PATIENCE, SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
 try:
-    import websockets
+    from support import web_sockets as websockets
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
 

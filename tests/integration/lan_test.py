@@ -20,13 +20,13 @@ assert websockets  # the visitor's own Python needs it
 # What a page of the site does: asks for a machine, starts a world, connects to the simulator, and prints what it was told.
 VISITOR = """
 import asyncio, json, sys, urllib.request
-import websockets
+from websockets.legacy.client import connect
 site, origin, world, patience = sys.argv[1:4] + [float(sys.argv[4])]
 
 async def visit():
     place = urllib.request.urlopen(f"http://{site}/session", timeout=patience).read().decode()
     told = {"place": place}
-    async with websockets.connect(place + "/client", extra_headers={"Origin": origin}) as client:
+    async with connect(place + "/client", extra_headers={"Origin": origin}) as client:
         await client.send(json.dumps({"start": {"url": world, "mode": "w3d"}}))
         while not told.get("simulation"):
             message = await asyncio.wait_for(client.recv(), patience)
@@ -34,7 +34,7 @@ async def visit():
                 told["simulation"] = message[len("webots:"):]
             if message.startswith("loading: Error"):
                 raise SystemExit(message)
-        async with websockets.connect(told["simulation"] + "/", max_size=None) as simulator:
+        async with connect(told["simulation"] + "/", max_size=None) as simulator:
             await simulator.send("w3d")
             while not (await asyncio.wait_for(simulator.recv(), patience)).startswith("scene load completed"):
                 pass

@@ -19,7 +19,7 @@ from support.machine import Machine  # noqa: E402
 from support.servers import SessionServer, main, wait_until  # noqa: E402
 
 try:
-    import websockets
+    from support import web_sockets as websockets
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
 

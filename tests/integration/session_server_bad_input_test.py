@@ -24,7 +24,7 @@ from support.raw_websocket import HANDSHAKE, answer_to, close_code, connect, fra
 from support.servers import PATIENCE, SessionServer, SimulationServer, main, program, wait_until  # noqa: E402
 
 try:
-    import websockets
+    from support import web_sockets as websockets
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
 

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import resource
+import select
 import signal
 import subprocess
 import sys
@@ -21,7 +22,7 @@ from support.machine import Machine  # noqa: E402
 from support.servers import SessionServer, main, program, wait_until  # noqa: E402
 
 try:
-    import websockets
+    from support import web_sockets as websockets
     from support.mailbox import CompletionQueue
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (packages python3-websockets, python3-aiosmtpd)") or 77)
@@ -284,6 +285,23 @@ class Programs(unittest.TestCase):
         self.assertIn("config/session/local.json", text)
         status, text, _ = self.run_program("--version")
         self.assertRegex(text, r"^webots-session-server \d+\.\d+\.\d+$")
+
+    def test_whoever_starts_it_in_a_terminal_is_told_where_its_log_is(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, "c.json"), "w") as file:
+                json.dump({"port": free_port(), "simulationServers": ["localhost:1"], "logDir": "logs", "server": "localhost"}, file)
+            ours, terminal = os.openpty()
+            server = subprocess.Popen([program("webots-session-server"), "c.json"], cwd=folder, stdin=terminal, stdout=terminal, stderr=terminal)
+            os.close(terminal)
+            self.addCleanup(os.close, ours)
+            try:
+                told = b""
+                while b"Ctrl-C" not in told and select.select([ours], [], [], 30)[0]:
+                    told += os.read(ours, 4096)
+            finally:
+                server.terminate()
+                server.wait(30)
+            self.assertIn(b"webots-session-server: What it does is logged to logs/session/output.log. Ctrl-C ends it.", told)
 
     def test_wrong_arguments_and_missing_files_are_one_sentence_and_status_2(self):
         for arguments, sentence in ((["--nope"], "unrecognised option '--nope'"), (["a.json", "b.json"], "Too many arguments."),

@@ -13,7 +13,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import LOCAL, PATIENCE, WORLD  # noqa: E402
 from support.servers import SessionServer, SimulationServer, is_alive, main, wait_until  # noqa: E402
-import websockets  # noqa: E402
+from support import web_sockets as websockets  # noqa: E402
 
 PASSWORD = "abcd-efgh-jkmn"
 SEATS = 3

@@ -23,7 +23,7 @@ from support.browser_client import WORLD, Browser, server  # noqa: E402
 from support.servers import SimulationServer, descendants, main, port_is_free, wait_until  # noqa: E402
 
 try:
-    import websockets
+    from support import web_sockets as websockets
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
 

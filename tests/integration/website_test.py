@@ -27,7 +27,7 @@ from support.projects import EXAMPLES  # noqa: E402
 from support.servers import SimulationServer, free_port, main, program, wait_until  # noqa: E402
 from support.website import Website, require_php  # noqa: E402
 
-import websockets  # noqa: E402, support.browser_client has made sure that it is there
+from support import web_sockets as websockets  # noqa: E402, support.browser_client has made sure that it is there
 
 require_php()
 

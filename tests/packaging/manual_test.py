@@ -48,6 +48,17 @@ class Pages(unittest.TestCase):
             for heading in ("NAME", "SYNOPSIS", "OPTIONS", "SIGNALS", "EXIT STATUS", "SEE ALSO"):
                 self.assertRegex(page, rf"(?m)^{heading}$")
 
+    def test_help_fits_a_terminal(self):
+        for program in (*PAGES, "webots-site", "webots-website-host"):
+            for line in output_of(os.path.join(PROGRAMS, program), "--help").splitlines():
+                self.assertLessEqual(len(line), 80, f"{program}: {line}")
+
+    def test_whoever_starts_the_guard_is_told_whose_program_it_is(self):
+        for arguments in ((), ("--nope",), ("1000",)):
+            done = subprocess.run([os.path.join(PROGRAMS, "webots-process-guard"), *arguments], capture_output=True, text=True, timeout=60, check=False)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+            self.assertEqual(done.stderr, "webots-process-guard: these arguments are not understood. webots-simulation-server starts this program; --help says how.\n")
+
     def test_help_and_page_say_the_same_of_signals_and_exit_statuses(self):
         for program in SERVERS:
             said = output_of(os.path.join(PROGRAMS, program), "--help")

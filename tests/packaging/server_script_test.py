@@ -506,6 +506,23 @@ class Refusing(ServerScriptTest):
             self.assertEqual(status, 1, address)
             self.assertIn(f"Port {self.ports['session']} is in use", errors)
 
+    def test_a_machine_without_a_port_for_any_simulation_is_not_started(self):
+        self.configure("local", kinds=("simulation",), maxConnections=2)
+        first = self.ports["simulation"] + 1
+        with socket.create_server(("", first)), socket.create_server(("", first + 1)):
+            status, _, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        self.assertTrue(errors.startswith(f"All ports of simulations, {first} to {first + 1}, are in use by other programs: local simulation server not started. "
+                                          "End these programs; or move the whole site with ./server.sh start --port "), errors)
+        with socket.create_server(("", first)):
+            self.start()  # others can run
+
+    def test_an_address_of_another_machine_is_told(self):
+        self.configure("local", listenAddress="192.0.2.1")
+        status, _, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        self.assertRegex(errors.splitlines()[0], r"192\.0\.2\.1 is none of this machine's addresses now\. `ip address` shows them: name one of them")
+
     def test_a_site_of_another_checkout_is_told_with_the_command_that_stops_it(self):
         other = self.path("other checkout")
         shutil.copytree(self.folder, other, symlinks=True, ignore=lambda folder, names: [os.path.basename(other), "log", "tmp"])
@@ -581,7 +598,20 @@ class Refusing(ServerScriptTest):
                           ["start", "../local"], ["stop", "--port", "3000"], ["start", "--port"]):
             status, output, errors = self.run_script(*arguments)
             self.assertEqual((status, output), (2, ""))
-            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart|status [NAME|--lan]"), arguments)
+            lines = errors.splitlines()
+            if arguments:
+                self.assertEqual(lines.pop(0), "Not understood: ./server.sh " + " ".join(arguments))
+            self.assertEqual(lines[0], "Usage: ./server.sh start|restart [NAME|--lan] [--port NUMBER]")
+            self.assertEqual(lines[-1], "./server.sh help says what each does.")
+
+    def test_help_fits_a_terminal_and_explains_every_word_of_its_usage(self):
+        for word in ("help", "--help", "-h"):
+            status, output, errors = self.run_script(word)
+            self.assertEqual((status, errors), (0, ""))
+        lines = output.splitlines()
+        self.assertLessEqual(max(map(len, lines)), 80)
+        words = set(re.findall(r"--lan|--port|NAME|\b[a-z]{4,}", "".join(lines[:3]).replace("server.sh", "")))
+        self.assertEqual(words - {match[1] for line in lines[3:] if (match := re.match(r"  (\S+) +[A-Z]", line))}, set())
 
 
 class Status(ServerScriptTest):
@@ -733,6 +763,19 @@ class Stopping(ServerScriptTest):
         status, output, errors = self.run_script("stop")
         self.assertEqual((status, output, errors), (0, "".join(f"Stopped {kind} server ({pid})\n" for kind, pid in pids.items()), ""))
         self.assertEqual([is_running(pid) for pid in pids.values()], [False, False])
+
+    def test_servers_are_known_after_their_folder_was_renamed(self):
+        self.start()
+        name, renamed = self.folder, self.folder + "_renamed"
+        os.rename(name, renamed)
+        self.folder = renamed
+        try:
+            self.assertIn("session server runs since", self.run_script("status")[1])
+            self.assertIn("is already running", self.run_script("start")[1])
+            self.assertEqual(self.run_script("stop")[1].count("Stopped "), 2)
+        finally:
+            self.folder = name
+            os.rename(renamed, name)
 
     def test_stale_and_broken_pid_files_count_as_none(self):
         for content in ("", "nonsense", "-1", "4194304000"):

@@ -9,7 +9,7 @@ from support.projects import EXAMPLES
 from support.servers import PATIENCE, SimulationServer
 
 try:
-    import websockets
+    from . import web_sockets as websockets
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
 

@@ -46,6 +46,13 @@ PLAIN = [
         "as_user ./server.sh start >/dev/null"),
     Row("both are killed with SIGKILL, then started again", check='kill -9 $(cat log/.session.pid log/.simulation.pid); '
         "sleep 0.2; as_user ./server.sh start | grep -q ^Open"),
+    Row("a user of a directory service, whose number is large", user="1878000001"),
+    Row("cron starts it", typed="env -i HOME=$HOME LOGNAME=$LOGNAME PATH=/usr/bin:/bin SHELL=/bin/sh /bin/sh -c '{}'"),
+    Row("typed over ssh: the command returns when it is done", typed="timeout 60 {} 2>&1 | cat; exit ${PIPESTATUS[0]}"),
+    Row("typed with nohup", typed="nohup {} >/tmp/nohup; cat /tmp/nohup"),
+    Row("the programs are replaced while it runs", before="umount build/release/bin; cp -a $BIN/. build/release/bin; chown -R ada build",
+        check="cd build/release/bin; for each in webots-*; do cp $each .new; mv .new $each; done; cd - >/dev/null; "
+        "as_user ./server.sh status | grep -q 'session server runs'; as_user ./server.sh restart | grep -q ^Open"),
 ]
 
 SCRIPT = [
@@ -59,7 +66,7 @@ SCRIPT = [
         needs=("git",)),
     Row("the folder log is removed while it runs", check='rm -rf log; as_user ./server.sh status | grep -q "session server runs" && '
         'as_user ./server.sh start | grep -q "already running"'),
-    Row("the folder log is replaced while it runs: the doctor says so", check="mv log old; mkdir log; chown ada log; "
+    Row("the folder log is replaced while it runs: the doctor says so", check="mv log old; mkdir -p log; chown ada log; "
         "said=$(as_user build/release/bin/webots-session-server --doctor config/session/local.json || true); "
         "grep -Eiq 'log.*(gone|replaced|removed|deleted|no longer|moved away)' <<<\"$said\" || echo \"$said\""),
     refused("a second checkout", "Port 1998 is in use by a website host of /srv/site \\(.*Stop it with /srv/site/server.sh stop", others_run=True,
@@ -94,6 +101,13 @@ SCRIPT = [
     Row("PATH begins with the working folder", before="printf '#!/bin/sh\\nexit 1\\n' >readlink2; chmod +x readlink2", typed="PATH=.:$PATH {}"),
     Row("GREP_OPTIONS and aliases for colours", typed="GREP_OPTIONS=--color=always GREP_COLORS='mt=1' LS_COLORS=x {}"),
     Row("1 MB of environment", typed="export A=$(head -c 100000 /dev/zero | tr '\\0' a) B=$(head -c 100000 /dev/zero | tr '\\0' b); {}"),
+    Row("a preloaded library that is not there", typed="LD_PRELOAD=/nowhere.so {}"),
+    Row("an interpreter of somebody else's Python", typed="PYTHONHOME=/nowhere PYTHONPATH=/nowhere {}"),
+    Row("a terminal of 20 columns", typed="script -qec 'stty cols 20 rows 5; {}' /dev/null </dev/null | tr -d '\\r'", needs=("script",)),
+    Row("a second checkout at other ports, beside the first", config="local --port 3000", tells="Open http://localhost:3000/", before="cp -a $PWD /srv/first; "
+        "mkdir -p /srv/first/build/release/bin; mount --bind build/release/bin /srv/first/build/release/bin; (cd /srv/first; as_user true; cd /srv/first; "
+        "setpriv --reuid=1001 --regid=1001 --clear-groups env HOME=/home/ada ./server.sh start >/dev/null)",
+        check="cd /srv/first; setpriv --reuid=1001 --regid=1001 --clear-groups env HOME=/home/ada ./server.sh stop >/dev/null"),
 ]
 
 FOLDERS = [Row(f"the folder {name!r}", folder=name) for name in (
@@ -102,6 +116,15 @@ FOLDERS = [Row(f"the folder {name!r}", folder=name) for name in (
     refused("a folder in which CMake can't build", "; in its path: .*Rename or move", folder="two;three"),
     Row("a linked checkout", before="ln -s $PWD /srv/link", typed="cd /srv/link; {}"),
     Row("a checkout that others may only read", before="chmod -R go-w .; mkdir log website; chown ada log website"),
+    Row("root's own folder, which nobody else may enter", folder="/root/site", user="root", before="chmod 700 /root"),
+    Row("a home that nobody else may enter", folder="/home/ada/site", before="chmod 700 /home/ada"),
+    Row("the checkout is renamed while it runs", check="cd /srv; mv site renamed; cd renamed; FOLDER=$PWD; as_user ./server.sh status | grep -q 'session server runs'; "
+        "as_user ./server.sh start | grep -q 'session server is already running'; as_user ./server.sh restart | grep -q ^Open; as_user ./server.sh stop >/dev/null; "
+        "cd /srv; mv renamed site; cd site; FOLDER=$PWD; as_user ./server.sh start >/dev/null"),
+    refused("a disk on which nothing may be run", "No program of /srv/site can be run: .*noexec", "mount --rbind . .; mount -o remount,noexec,bind .; true",
+            typed="cd /; cd $OLDPWD; bash {}"),
+    Row("the folder log is a link to another disk", before="mkdir /tmp/logs; chown ada /tmp/logs; ln -s /tmp/logs log"),
+    Row("log is a file", before="touch log; chown ada log"),
     refused("a checkout that may not be written", "write there", before="chmod -R go-w . ; chown -R root ."),
     refused("a checkout on a read-only disk", "read-only|write there|can't be made",
             "mount --bind . .; mount -o remount,ro,bind .; true", typed="cd /; cd $OLDPWD; {}"),
@@ -132,6 +155,8 @@ PEOPLE = [
     Row("HOME is not there", typed="HOME=/nowhere {}"),
     Row("HOME can't be written", before="chown root /home/ada; chmod 755 /home/ada"),
     Row("HOME is relative", typed="HOME=home {}"),
+    Row("HOME has a quote and a line end", typed="HOME=$'/tmp/it\\'s\\nhome'; mkdir \"$HOME\"; export HOME; {}"),
+    Row("the folder of state is a file", typed="touch /tmp/file; XDG_STATE_HOME=/tmp/file XDG_CACHE_HOME=/tmp/file {}"),
     Row("HOME has blanks", before="mkdir '/home/a b'; chown ada '/home/a b'", typed="HOME='/home/a b' {}"),
     Row("XDG folders are relative", typed="XDG_STATE_HOME=state XDG_CACHE_HOME=cache XDG_RUNTIME_DIR=run {}"),
     Row("XDG_RUNTIME_DIR of somebody else (su)", before="mkdir -p -m 700 /run/user/0", typed="XDG_RUNTIME_DIR=/run/user/0 {}"),
@@ -158,6 +183,12 @@ NETWORK = [
     Row("the host's name is unknown", before="hostname unknown.invalid"),
     Row("the host's name is odd", before="echo 'a_b(1)' >/proc/sys/kernel/hostname"),
     refused("the loopback is down", "loopback|network|127.0.0.1|not answer", "ip link set lo down"),
+    refused("the loopback has no IPv4", "127.0.0.1 is none of this machine's addresses", "ip address delete 127.0.0.1/8 dev lo"),
+    Row("no /etc/hosts and no /etc/resolv.conf", before="mkdir /tmp/etc; cp -a /etc/. /tmp/etc 2>/dev/null || true; rm -f /tmp/etc/hosts /tmp/etc/resolv.conf; mount --bind /tmp/etc /etc"),
+    refused("ports below 3000 are for root", "port 1998: Permission denied. net.ipv4.ip_unprivileged_port_start", "sysctl -qw net.ipv4.ip_unprivileged_port_start=3000"),
+    refused("somebody has all ports of simulations", "All ports of simulations, 2001 to 2100, are in use by other programs.* --port 2999","python3 -c '\nimport os, signal, socket\nheld = [socket.create_server((\"0.0.0.0\", port)) "
+        "for port in range(2001, 2201)]\nif os.fork() == 0:\n    os.closerange(0, 3)\n    signal.pause()'"),
+    refused("listenAddress is of another machine", "192.0.2.1 is none of this machine's addresses.*name one of them", f"set_key {SESSION} listenAddress '\"192.0.2.1\"'"),
     Row("a dead proxy in the environment", typed="http_proxy=http://127.0.0.1:9 https_proxy=http://127.0.0.1:9 all_proxy=socks5://127.0.0.1:9 {}"),
     Row("a proxy that is no address", typed="http_proxy='not an address' {}"),
     Row("an odd OpenSSL configuration", before="echo nonsense >/tmp/openssl", typed="OPENSSL_CONF=/tmp/openssl SSL_CERT_FILE=/nowhere {}"),
@@ -171,7 +202,7 @@ NETWORK = [
     Row("TLS on 8443: addresses have the port", config="tls --port 8443", before="sysctl -qw net.ipv4.ip_unprivileged_port_start=80",
         tells="Open https://localhost:8443/", check="get https://localhost:8443/session | grep -qx wss://localhost:8443"),
     Row("the network has another address for us", before="ip address add 192.168.7.5/24 dev lo", config="lan",
-        tells="http://192.168.7.5:1999/viewer/", check="get http://192.168.7.5:1999/session | grep -q ws://192.168.7.5:1999"),
+        tells="From other machines of the network: http://192.168.7.5:1999/", check="get http://192.168.7.5:1999/session | grep -q ws://192.168.7.5:1999"),
     Row("a plain start serves this machine, or names it as it was asked for", before="ip address add 192.168.7.5/24 dev lo",
         check="said=$(get http://192.168.7.5:1999/session || echo none); [[ $said = none || $said = *192.168.7.5* || $said = *--lan* ]] || echo \"$said\""),
 ]
@@ -204,6 +235,9 @@ LIMITS = [
     Row("no bwrap: the start says what is weaker", before="without bwrap firejail", tells="sandbox"),
     Row("no Xvfb", before="without Xvfb"),
     Row("no slirp4netns", before="without slirp4netns"),
+    Row("no /sys", before="umount -l /sys"),
+    Row("control groups are not mounted", before="mount -t tmpfs none /sys/fs/cgroup"),
+    refused("WEBOTS_HOME leads nowhere", "WEBOTS_HOME of the environment: there is no program /nowhere/webots.* or unset it", typed="WEBOTS_HOME=/nowhere {}"),
     Row("DISPLAY of nobody", typed="DISPLAY=:77 XAUTHORITY=/nowhere WAYLAND_DISPLAY=x {}"),
     refused("a program of ours is not there", "simulation server ended at once: There is no program .*/webots-process-guard", "umount build/release/bin; cp -a $BIN/. build/release/bin; rm build/release/bin/webots-process-guard"),
     refused("a program of ours can't be run", "webots-simulation-server.*(Permission|run|exec|start)|Permission denied",
@@ -243,6 +277,15 @@ FILES = [
     refused("a key of 1024 bits", "only 1024 bits.* Get one with a key of 2048 bits", "key='rsa:1024' certificate -days 9", user="root", config="tls"),
     refused("a key of another certificate", "key.*(not|other|fit|match|belong)", "certificate -days 9; openssl genrsa -out tls/key.pem 2048 2>/dev/null", user="root", config="tls"),
     refused("a certificate that is none", "the certificate tls/certificate.pem can't be used", "mkdir tls; echo hello | tee tls/certificate.pem >tls/key.pem", user="root", config="tls"),
+    refused("a certificate in DER", "tls/certificate.pem.*PEM", "certificate -days 9; openssl x509 -in tls/certificate.pem -outform DER -out /tmp/der; cp /tmp/der tls/certificate.pem",
+            user="root", config="tls"),
+    refused("certificate and key are exchanged", "tls/certificate.pem", "certificate -days 9; mv tls/key.pem tls/k; mv tls/certificate.pem tls/key.pem; mv tls/k tls/certificate.pem",
+            user="root", config="tls"),
+    refused("a key that may not be read", "tls/key.pem.*(Permission|read)", "certificate -days 9; chmod 600 tls/key.pem; sysctl -qw net.ipv4.ip_unprivileged_port_start=80", config="tls"),
+    Row("a certificate with Windows' line ends", user="root", config="tls", before="certificate -days 9; sed -i 's/$/\\r/' tls/certificate.pem tls/key.pem"),
+    Row("a certificate whose chain is missing", user="root", config="tls", tells="chain|authorit|intermediate|issue",
+        before="certificate -days 9; openssl req -x509 -newkey rsa:2048 -nodes -subj /CN=authority -days 9 -keyout /tmp/a.key -out /tmp/a.pem 2>/dev/null; "
+        "openssl x509 -req -in /srv/request -CA /tmp/a.pem -CAkey /tmp/a.key -CAcreateserial -copy_extensions copy -days 9 -out tls/certificate.pem 2>/dev/null"),
     refused("a key that has a passphrase", "pass|encrypt", "certificate -days 9; openssl rsa -aes256 -passout pass:x -in tls/key.pem -out /tmp/k 2>/dev/null; cp /tmp/k tls/key.pem",
             user="root", config="tls"),
 ]

@@ -4,8 +4,7 @@ import contextlib
 import socket
 import threading
 
-import websockets
-
+from . import web_sockets as websockets
 from .waiting import PATIENCE, wait_until
 
 PICTURE = b"\xff\xd8\xff"  # how a JPEG begins

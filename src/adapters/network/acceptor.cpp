@@ -30,6 +30,24 @@ int take_descriptor()
     return ::open("/dev/null", O_RDONLY | O_CLOEXEC);
 }
 
+/// What follows the kernel's own words.
+std::string remedy(boost::system::error_code const& error, tcp::endpoint const& where)
+{
+    constexpr int first_of_all = 1024; // unless somebody has changed it
+    if (error == asio::error::address_in_use)
+        return ". Is a server running there already?";
+    if (error == asio::error::access_denied)
+        return concat(where.port() < first_of_all ? ". Ports below 1024 are root's"
+                                                  : ". net.ipv4.ip_unprivileged_port_start makes it root's",
+                      ", or of services with the capability CAP_NET_BIND_SERVICE");
+    if (error.value() == EADDRNOTAVAIL)
+        return concat(
+            ". ", where.address().to_string(),
+            " is none of this machine's addresses now. `ip address` shows them: name one of them in "
+            "the configuration, or \"::\", which is all");
+    return {};
+}
+
 } // namespace
 
 result<> Acceptor::open(tcp::endpoint const& where)
@@ -55,13 +73,9 @@ result<> Acceptor::open(tcp::endpoint const& where)
     boost::system::error_code ignored;
     acceptor_.close(ignored);
     // Another program may end, and an address come with its network; permissions stay as they are.
-    return Failure(
-        error == asio::error::access_denied ? errc::invalid_argument : errc::unavailable,
-        concat("can't listen on port ", std::to_string(where.port()), ": ", error.message(),
-               error == asio::error::address_in_use ? ". Is a server running there already?"
-               : error == asio::error::access_denied
-                   ? ". Ports below 1024 are root's, or of services with the capability CAP_NET_BIND_SERVICE"
-                   : ""));
+    return Failure(error == asio::error::access_denied ? errc::invalid_argument : errc::unavailable,
+                   concat("can't listen on port ", std::to_string(where.port()), ": ", error.message(),
+                          remedy(error, where)));
 }
 
 result<> Acceptor::listen(std::string const& address, std::uint16_t port)

@@ -51,7 +51,7 @@ using core::Findings;
 
 constexpr std::size_t max_lookups = 64;    // at a time: name servers may limit how many they answer
 constexpr std::size_t max_names_told = 10; // that are not found
-constexpr auto name_remedy = "See to /etc/resolv.conf, and to the name servers in it.";
+constexpr auto name_remedy = "Check /etc/resolv.conf, and the name servers in it.";
 
 /// A line of /proc/meminfo, in bytes.
 std::uint64_t memory_figure(std::string const& name)

@@ -82,6 +82,16 @@ void check_networks(ConfigReader& reader, std::string_view key, std::vector<std:
             reader.refuse_entry(key, i + 1, boost::json::value(networks[i]), wanted);
 }
 
+/// What people write who mean this machine, all addresses, or a port too.
+std::string listen_advice(std::string_view text)
+{
+    if (text == "localhost" || text == "*")
+        return concat(": write ", text == "*" ? R"("::")" : R"("127.0.0.1")");
+    auto const address = text.substr(0, text.rfind(':'));
+    return core::IpAddress::parse(address) ? concat(": write \"", address, "\", and the port as \"port\"")
+                                           : std::string();
+}
+
 } // namespace
 
 void check_network(ConfigReader& reader, std::uint16_t port, NetworkConfig const& network)
@@ -93,7 +103,8 @@ void check_network(ConfigReader& reader, std::uint16_t port, NetworkConfig const
     check_redirect(reader, port, network);
     if (!core::IpAddress::parse(network.listen_address))
         reader.refuse("listenAddress",
-                      "a numeric address of this machine, as in \"127.0.0.1\", or \"::\" for all");
+                      "a numeric address of this machine, as in \"127.0.0.1\", or \"::\" for all",
+                      listen_advice(network.listen_address));
     check_networks(reader, "trustedProxies", network.trusted_proxies);
 }
 

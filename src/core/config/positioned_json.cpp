@@ -62,6 +62,25 @@ bool is_among(Words const& words, std::string_view word)
     return std::ranges::find(words, word) != words.end();
 }
 
+/// In a string: `\w` as in `C:\worlds`, which JSON does not know.
+bool has_odd_escape(std::string_view token)
+{
+    for (std::size_t i = 0; i + 1 < token.size(); ++i)
+        if (token[i] == '\\' && std::string_view("\"\\/bfnrtu").find(token[++i]) == std::string_view::npos)
+            return true;
+    return false;
+}
+
+/// As for `007`; otherwise nothing.
+std::string number_advice(std::string_view token)
+{
+    auto const first = token.find_first_not_of('0');
+    bool const is_number = token.find_first_not_of("0123456789") == std::string_view::npos;
+    return first == 0 || first == std::string_view::npos || !is_number
+               ? std::string()
+               : concat(": write ", token.substr(first), ", without zeros in front");
+}
+
 /// Goes through the text from left to right. After a fault from which there is no way on, `broken_` is set,
 /// and everybody returns what there is.
 class JsonReader
@@ -196,12 +215,14 @@ private:
         if (!error)
             return parser.release();
         fault(offset, !is_utf8(token) ? "this is no UTF-8: save the file as UTF-8"
+                      : token.starts_with('"') && has_odd_escape(token)
+                          ? R"(a backslash in a string is written twice, as in "C:\\worlds")"
                       : token.starts_with('"')
                           ? concat("this string can't be read (", error.message(), " at ",
                                    line_and_column(text_, offset + used), ")")
                           : concat("this is neither a string in double quotes nor a number, true, false or "
                                    "null (",
-                                   error.message(), ")"));
+                                   error.message(), ")", number_advice(token)));
         return nullptr;
     }
 

@@ -143,14 +143,14 @@ Finding judge_certificate(result<> const& pair, result<CertificateFacts> const& 
 Finding judge_forge(std::string_view url, result<int> const& answer)
 {
     return judge_web_server("forge", url, answer, Verdict::fault,
-                            "No project can be fetched from there: see to the network, the name server and "
+                            "No project can be fetched from there: check the network, the name server and "
                             "https_proxy, or correct \"forges\".");
 }
 
 Finding judge_registry(std::string_view url, result<int> const& answer)
 {
     return judge_web_server("registry", url, answer, Verdict::warning,
-                            "It can't list this server: see to the network, or correct \"notify\" ([] for "
+                            "It can't list this server: check the network, or correct \"notify\" ([] for "
                             "none).");
 }
 
@@ -182,10 +182,10 @@ Finding judge_machine_name(std::string_view entry, std::size_t machines, std::st
     auto const subject = concat("machine ", entry);
     if (machines == 0)
         return {Verdict::fault, subject, problem.empty() ? std::string("it has none") : std::string(problem),
-                "No browser is sent there: see to the name server, or correct \"simulationServers\"."};
+                "No browser is sent there: check the name server, or correct \"simulationServers\"."};
     if (!problem.empty())
         return {Verdict::warning, subject, std::string(problem),
-                "See to what the name server says, in docs/discovery.md."};
+                "Compare what the name server says with docs/discovery.md."};
     return {Verdict::ok, subject,
             concat("it stands for ", std::to_string(machines), machines == 1 ? " machine" : " machines")};
 }
@@ -255,7 +255,7 @@ Finding judge_name(std::string_view name, result<std::size_t> const& addresses)
 {
     if (!addresses)
         return {Verdict::fault, "name server", addresses.error().message(),
-                "See to /etc/resolv.conf, and to the name servers in it."};
+                "Check /etc/resolv.conf, and the name servers in it."};
     return {Verdict::ok, "name server",
             concat(name, " has ", std::to_string(*addresses), *addresses == 1 ? " address" : " addresses")};
 }

@@ -61,7 +61,7 @@ Finding judge_start(StartReading const& reading)
             concat("the simulator does not load an empty world: ",
                    std::string_view(why).substr(0, why.find_last_not_of('.') + 1),
                    reading.printed.empty() ? "" : "; it printed: ", listed(reading.printed, " | ")),
-            "No visitor's start succeeds: see to what it printed, and to the lines above."};
+            "No visitor's start succeeds: what it printed and the lines above say why."};
 }
 
 Finding judge_graphics(GraphicsReading const& reading)
@@ -78,7 +78,7 @@ Finding judge_graphics(GraphicsReading const& reading)
                 "Put the user who runs the server into the groups render and video."};
     return {
         Verdict::warning, subject, "there is no graphics processor: Webots draws with the processor",
-        "Each simulation takes more of the processor so: where that is too much, add a graphics processor "
+        "Each simulation then takes more of the processor. Where that is too much, add a graphics processor "
         "and its driver."};
 }
 

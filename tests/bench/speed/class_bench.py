@@ -20,7 +20,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), "../.."))
 from support.browser_client import LOCAL, WORLD  # noqa: E402
 from support.servers import SessionServer, SimulationServer  # noqa: E402
 
-import websockets  # noqa: E402
+from support import web_sockets as websockets  # noqa: E402
 
 PASSWORD = "abcd-efgh-jkmn"
 PATIENCE = 30

@@ -6,8 +6,8 @@ import json
 import statistics
 import time
 
-import websockets
 from row import Row, itself
+from support import web_sockets as websockets
 from support.browser_client import LOCAL, Browser
 from support.lessons import solved
 from support.servers import PATIENCE, SimulationServer

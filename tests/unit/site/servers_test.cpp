@@ -77,6 +77,17 @@ BOOST_AUTO_TEST_CASE(the_noted_number_counts_only_while_it_is_that_server)
     BOOST_TEST(!find_server(processes, Kind::session, "/srv/b", 3, 1000));
 }
 
+BOOST_AUTO_TEST_CASE(the_noted_number_counts_where_the_folder_was_renamed_while_it_ran)
+{
+    std::vector<Process> processes{session_server(2, "/srv/a"), session_server(3, "/srv/a")};
+    processes[0].is_moved = processes[1].is_moved = true;
+    BOOST_TEST(find_server(processes, Kind::session, "/srv/b", 3, 1000)->id == 3);
+    BOOST_TEST(!find_server(processes, Kind::session, "/srv/b", std::nullopt, 1000));
+    BOOST_TEST(!find_server(processes, Kind::session, "/srv/b", 3, 1001), "of somebody else");
+    processes[1].is_moved = false; // another checkout has that number now
+    BOOST_TEST(!find_server(processes, Kind::session, "/srv/b", 3, 1000));
+}
+
 BOOST_AUTO_TEST_CASE(without_a_number_it_is_known_by_its_program_and_its_configuration)
 {
     auto const elsewhere = process(4, {"/srv/a/build/release/bin/webots-session-server", "/tmp/mine.json"});

@@ -122,6 +122,16 @@ BOOST_AUTO_TEST_CASE(all_ports_move_together)
     BOOST_TEST(!parse_settings(Kind::simulation, "s.json", R"({"port": 2000})", 64'000));
 }
 
+BOOST_AUTO_TEST_CASE(simulations_have_ports_of_this_machine_unless_they_run_elsewhere)
+{
+    auto const ports = [](std::string_view keys) {
+        auto const text = R"({"port":2000,"server":"localhost")" + std::string(keys) + "}";
+        return parse_settings(Kind::simulation, "s.json", text, 0)->simulation_ports;
+    };
+    BOOST_TEST(ports(R"(,"maxConnections":7)") == 7);
+    BOOST_TEST(ports(R"(,"sandbox":"docker")") == 0);
+}
+
 BOOST_AUTO_TEST_CASE(only_names_get_a_certificate_and_only_files_of_this_folder_are_made)
 {
     BOOST_TEST(certificate_name("localhost:8443").value() == "localhost");

@@ -1158,7 +1158,18 @@ BOOST_AUTO_TEST_CASE(a_port_without_tls_leads_to_the_one_with_it)
                   {R"(,"redirectPort":443)", R"(,"redirectPort":65536)", R"(,"challengeFolder":"/a")"});
     BOOST_TEST(session("")->config.network.listen_address == "::");
     BOOST_TEST(session(R"("listenAddress":"127.0.0.1")")->config.network.listen_address == "127.0.0.1");
-    check_refused(session, {R"("redirectPort":80)", R"("listenAddress":"localhost")"});
+    check_refused(session, {R"("redirectPort":80)"});
+    auto const listen = [](std::string_view written, std::string_view advice) {
+        BOOST_TEST(
+            sentence_of(session(core::concat(R"("listenAddress":)", written))) ==
+            core::concat("c.json: key \"listenAddress\": expected a numeric address of this machine, as "
+                         "in \"127.0.0.1\", or \"::\" for all, found the string ",
+                         written, advice));
+    };
+    listen("\"localhost\"", ": write \"127.0.0.1\"");
+    listen("\"*\"", ": write \"::\"");
+    listen("\"0.0.0.0:1999\"", ": write \"0.0.0.0\", and the port as \"port\"");
+    listen("\"eth0\"", "");
 }
 
 BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)

@@ -75,6 +75,12 @@ BOOST_AUTO_TEST_CASE(what_people_take_for_json_is_called_by_its_name)
                  "1:7 this is neither a string in double quotes nor a number, true, false or null "
                  "(syntax error)\n");
     check_faults("{\"a\": \"b,\n\"c\": 1}", "1:7 this string has no quote at its end\n");
+    check_faults(R"({"a": "C:\worlds", "b": "\\w"})",
+                 "1:7 a backslash in a string is written twice, as in \"C:\\\\worlds\"\n");
+    check_faults(R"({"a": "\u12"})", "1:7 this string can't be read (expected hex digit at 1:12)\n");
+    check_faults("{\"a\": 01999}",
+                 "1:7 this is neither a string in double quotes nor a number, true, false or null "
+                 "(extra data): write 1999, without zeros in front\n");
 }
 
 BOOST_AUTO_TEST_CASE(what_other_programs_have_written_is_one_fault)
@@ -143,7 +149,7 @@ BOOST_AUTO_TEST_CASE(what_has_no_fault_is_what_boost_takes)
                                        "null",  "//x\n",    "'c'",  "\"\\u00e4\"", "#",       "01", "\"",
                                        "\\\"",  "\xc3\xa4", "\x01", "1e400",       "{\"a\":", "[1,"};
     int valid = 0;
-    constexpr int tries = is_sanitized ? 20'000 : 200'000;
+    constexpr int tries = webots_cloud::is_sanitized ? 20'000 : 200'000;
     for (int i = 0; i < tries; ++i) {
         std::string text = i % 2 ? "{\"a\":" : "";
         for (auto count = random() % 9; count > 0; --count)
