@@ -22,7 +22,7 @@ from support.projects import EXAMPLES, demo_project  # noqa: E402
 from support.servers import SimulationServer, is_alive, main, program, wait_until  # noqa: E402
 
 # How often the worlds of a hostile repository are staged; 200 take five minutes, since each is tried more and more seldom.
-HOSTILE_WORLDS = 24
+HOSTILE_WORLDS = max(12, HOSTILE_STAGINGS // 5)  # one is tried some six times in a minute
 HOSTILE_STAGINGS = int(os.environ.get("HOSTILE_STAGINGS", "30"))
 
 

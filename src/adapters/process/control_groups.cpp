@@ -26,6 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 using core::concat;
 
+constexpr std::chrono::seconds youth{10}; ///< many times what a program needs to join its group
+
 std::string read(fs::path const& path)
 {
     std::ifstream file(path);
@@ -58,6 +60,13 @@ void add_once(std::vector<fs::path>& paths, fs::path const& path)
 bool is_alive(int process)
 {
     return ::kill(process, 0) == 0 || errno != ESRCH;
+}
+
+bool is_young(fs::path const& folder)
+{
+    std::error_code failed;
+    auto const made = fs::last_write_time(folder, failed);
+    return !failed && fs::file_time_type::clock::now() - made < youth;
 }
 
 /// Enough for the kernel to accept, to find out whether it does.
@@ -144,14 +153,21 @@ std::string ControlGroups::prepare(fs::path const& folder, fs::path const& root)
                                       : write(folder / "cgroup.subtree_control", preparation.enable);
 }
 
-/// The guards of a killed server end its simulations: their groups are empty.
-void ControlGroups::remove_stale() const
+/// The guards of a killed server end its simulations: their groups are empty. A server in another PID
+/// namespace seems killed too, and its groups are empty until the simulation has joined: so young ones wait.
+void ControlGroups::remove_stale()
 {
+    has_young_ = false;
     for (auto const& parent : parents_) {
         std::error_code failed;
         for (auto const& entry : fs::directory_iterator(parent.folder, failed)) {
             int const server = core::server_of_group(entry.path().filename().native());
-            if (server > 0 && (server == process_ || !is_alive(server)))
+            bool const is_own = server == process_ && made_ > 0;
+            if (server == 0 || is_own || (server != process_ && is_alive(server)))
+                continue;
+            if (is_young(entry.path()))
+                has_young_ = true;
+            else
                 ::rmdir(entry.path().c_str());
         }
     }
@@ -189,6 +205,8 @@ result<ControlGroups::Group> ControlGroups::make(ProcessLimits const& limits)
         std::lock_guard const lock(mutex_);
         name = core::group_name(process_, ++made_);
         remove_removable();
+        if (has_young_)
+            remove_stale();
     }
     Group group;
     for (auto const& parent : parents_) {

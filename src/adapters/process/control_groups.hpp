@@ -63,7 +63,7 @@ private:
     void add_parent(ControlGroupsParams const& params, std::string const& mountinfo, std::string const& own,
                     std::string_view controller);
     std::string prepare(std::filesystem::path const& folder, std::filesystem::path const& root);
-    void remove_stale() const;
+    void remove_stale();
     void remove_removable();
     void try_out();
 
@@ -74,6 +74,7 @@ private:
     std::mutex mutex_;
     std::uint64_t made_ = 0;
     std::vector<std::filesystem::path> left_; ///< To be removed.
+    bool has_young_ = false;                  ///< Stale ones may be left.
 };
 
 } // namespace webots_cloud

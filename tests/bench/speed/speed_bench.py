@@ -21,12 +21,13 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", ".."))
 sys.path[:0] = [HERE, os.path.join(HERE, "..")]
 import attack_rows
+import crowd_rows
 import program_rows
 import session_rows
 import simulation_rows
 from peers import find
 
-ROWS = session_rows.ROWS + simulation_rows.ROWS + program_rows.ROWS + attack_rows.ROWS
+ROWS = session_rows.ROWS + simulation_rows.ROWS + program_rows.ROWS + crowd_rows.ROWS + attack_rows.ROWS
 
 
 def machine(tools=(("nginx", "-v"), ("haproxy", "-v"), ("wrk", "-v"))):

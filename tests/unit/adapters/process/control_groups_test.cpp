@@ -203,7 +203,7 @@ BOOST_AUTO_TEST_CASE(usage_comes_from_the_files_of_the_group)
     BOOST_TEST((usage.processor == std::chrono::milliseconds(1500)));
 }
 
-BOOST_AUTO_TEST_CASE(empty_groups_of_servers_that_are_gone_are_removed_at_the_start)
+BOOST_AUTO_TEST_CASE(empty_groups_of_servers_that_are_gone_are_removed_once_they_are_old)
 {
     make_version_1();
     int const gone = ::fork();
@@ -211,13 +211,27 @@ BOOST_AUTO_TEST_CASE(empty_groups_of_servers_that_are_gone_are_removed_at_the_st
         ::_exit(0);
     while (::kill(gone, 0) == 0)
         (void)::waitpid(gone, nullptr, 0);
-    fs::create_directory(folder / "pids" / "a" / ("webots_cloud-" + std::to_string(gone) + "-4"));
-    fs::create_directory(folder / "pids" / "a" / ("webots_cloud-" + std::to_string(::getppid()) + "-4"));
-    fs::create_directory(folder / "pids" / "a" / "of_others");
-    (void)groups();
-    BOOST_TEST(!fs::exists(folder / "pids" / "a" / ("webots_cloud-" + std::to_string(gone) + "-4")));
-    BOOST_TEST(fs::exists(folder / "pids" / "a" / ("webots_cloud-" + std::to_string(::getppid()) + "-4")));
-    BOOST_TEST(fs::exists(folder / "pids" / "a" / "of_others"));
+    auto const make = [&](std::string const& group) {
+        fs::create_directory(folder / "pids/a" / group);
+        return folder / "pids/a" / group;
+    };
+    auto const old = make("webots_cloud-" + std::to_string(gone) + "-4");
+    auto const young = make("webots_cloud-" + std::to_string(gone) + "-5");
+    auto const living = make("webots_cloud-" + std::to_string(::getppid()) + "-4");
+    auto const of_others = make("of_others");
+    auto const long_ago = fs::file_time_type::clock::now() - std::chrono::minutes(1);
+    for (auto const& group : {old, living, of_others})
+        fs::last_write_time(group, long_ago);
+    auto groups = this->groups();
+    BOOST_TEST(!fs::exists(old));
+    BOOST_TEST(
+        fs::exists(young)); // perhaps of a server in another PID namespace, whose simulation is about to join
+    BOOST_TEST(fs::exists(living));
+    BOOST_TEST(fs::exists(of_others));
+    fs::last_write_time(young, long_ago);
+    BOOST_TEST_REQUIRE(groups.make(limits()).has_value());
+    BOOST_TEST(!fs::exists(young));
+    BOOST_TEST(fs::exists(folder / "pids/a" / name));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
