@@ -299,6 +299,8 @@ if (FOLDER === undefined) {
         await viewer.waitForSelector('#scene:not([hidden])');
         await simulate(viewer);
         await shoot(viewer, size, look, 'viewer-scene');
+        await viewer.click('#pause'); // Or else drawing it leaves no time for the other pages' pictures.
+        await state(viewer, 'paused');
         for (const name of ['session', 'simulation']) {
           const monitor = await openPage(t, browser, options);
           await monitor.goto(`${site[name]}/monitor`);

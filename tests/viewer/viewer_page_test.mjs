@@ -186,6 +186,12 @@ test('an upright telephone shows picture and controls at once', async (t) => {
     assert.ok(await inSight(page, id), `${id} is out of sight`);
 });
 
+test('a tablet has its buttons in one row, in languages of long words too', async (t) => {
+  const page = await runSimulation(t, { viewport: { width: 768, height: 1024 }, locale: 'de-DE' });
+  const tops = await page.locator('#controls .tool').evaluateAll((buttons) => buttons.filter((button) => button.checkVisibility()).map((button) => button.getBoundingClientRect().top));
+  assert.ok(tops.length >= 12 && new Set(tops).size === 1, `${tops}`);
+});
+
 const SIZES = [{ width: 1280, height: 720 }, { width: 1440, height: 900 }];
 
 test('before a start the page is a picture of the world, with its name and the button in it', async (t) => {
@@ -244,6 +250,9 @@ test('a wrong address is answered in one line, and how they are written is told 
   assert.equal(await page.isVisible('#grammar li'), false);
   await page.getByText('How do I write an address?').click();
   await page.getByText('A simulator that is running already:').waitFor();
+  assert.equal(await page.getAttribute('#connect-to', 'aria-invalid'), 'true');
+  await page.fill('#connect-to', WORLD);
+  assert.equal(await page.getAttribute('#connect-to', 'aria-invalid'), null, 'another address is not wrong yet');
 });
 
 test('the link to share, and its QR code, start the same world in the same way', async (t) => {
@@ -259,6 +268,15 @@ test('the link to share, and its QR code, start the same world in the same way',
   await page.keyboard.press('Escape');
   assert.equal(await page.isVisible('#sharing'), false);
   assert.equal(await page.getAttribute('body', 'data-state'), 'running');
+});
+
+test('on a telephone on its side the link, its code and the buttons are there at once', async (t) => {
+  const page = await runSimulation(t, LANDSCAPE);
+  await page.click('#share');
+  await page.waitForSelector('#qr svg path');
+  for (const id of ['qr', 'link', 'copy'])
+    assert.ok(await inSight(page, id), `${id} is out of sight`);
+  assert.equal(await page.locator('#link').evaluate((field) => field.scrollLeft), 0, 'the link is shown from its beginning');
 });
 
 test('a screenshot is a file of the picture, as large as the simulator has drawn it', { skip: inFirefox('its driver tells nothing of downloads') }, async (t) => {

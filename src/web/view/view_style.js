@@ -23,7 +23,7 @@ export const STYLE = `
 ${sizeOf(':host([data-free])')}
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
-.view { display: flex; flex-direction: column; width: 100%; height: 100%; min-height: inherit; overflow: hidden; background: var(--panel); border: 1px solid var(--line); border-radius: var(--radius); }
+.view { container-type: inline-size; display: flex; flex-direction: column; width: 100%; height: 100%; min-height: inherit; overflow: hidden; background: var(--panel); border: 1px solid var(--line); border-radius: var(--radius); }
 .stage { flex: 1 1 14rem; min-height: 8rem; }
 .display { position: absolute; inset: 0; }
 .labels { position: absolute; inset: 0; overflow: hidden; container-type: size; pointer-events: none; }

@@ -236,8 +236,10 @@ export class SceneTranslation {
     const url = this.#address(/[^"'\s][^"']*/.exec(node.getAttribute('url') ?? '')?.[0].trim() ?? '');
     if (url === null)
       return '';
-    const repeat = ['repeatS', 'repeatT'].map((name) => ` ${name}="${node.getAttribute(name)?.toLowerCase() !== 'false'}"`).join('');
-    return `<ImageTexture${this.#name(node, 'ImageTexture')} url="&quot;${escaped(url)}&quot;"${repeat}${place}></ImageTexture>`;
+    // Smooth also where they are small.
+    const borders = ['S', 'T'].map((side) => ` boundaryMode${side}="${node.getAttribute(`repeat${side}`)?.toLowerCase() === 'false' ? 'CLAMP_TO_EDGE' : 'REPEAT'}"`);
+    return `<ImageTexture${this.#name(node, 'ImageTexture')} url="&quot;${escaped(url)}&quot;"${place}><TextureProperties generateMipMaps="true"`
+      + ` minificationFilter="AVG_PIXEL_AVG_MIPMAP" magnificationFilter="AVG_PIXEL"${borders.join('')}></TextureProperties></ImageTexture>`;
   }
 
   // Where a file of the world is, or null: Webots serves the files of its own installation, too, and no other host is asked for

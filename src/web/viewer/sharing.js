@@ -26,6 +26,7 @@ export class Sharing {
     element('qr').replaceChildren();
     this.sayAll();
     element('sharing').showModal();
+    element('link').scrollLeft = 0; // the focus shows its end
     const picture = await drawQrCode(link, new URL('../class/qr.js', location.href).href);
     if (picture !== null && element('link').value === link)
       element('qr').replaceChildren(picture);

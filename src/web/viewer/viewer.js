@@ -619,7 +619,10 @@ element('start').addEventListener('click', ({ detail: clicks }) => {
 for (const type of ['pointerenter', 'pointerdown', 'focus'])
   element('start').addEventListener(type, prepare);
 element('connect-to').addEventListener('change', followAvailability);
-element('connect-to').addEventListener('input', sayWorld);
+element('connect-to').addEventListener('input', ({ target: field }) => {
+  field.removeAttribute('aria-invalid');
+  sayWorld();
+});
 element('clear').addEventListener('click', () => output.clear());
 element('dismiss').addEventListener('click', () => setWarning(''));
 offerLanguages(element('language'), sayAll);
