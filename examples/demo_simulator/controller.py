@@ -10,7 +10,6 @@ import sys
 _SOCKET = 3
 _MAX_VELOCITY = 20.0
 _RANGE = 0.45
-_INFINITY = float('inf')
 _NOTHING = float('nan')
 
 

@@ -4,12 +4,12 @@ import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { mkdir, mkdtemp, readFile, readdir, rm, writeFile } from 'node:fs/promises';
-import { createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
+import { freePort } from '../support/free_port.mjs';
 import { openPage, until } from '../viewer/page.mjs';
 
 export const PASSWORD = 'abcd-efgh-jkmn';
@@ -91,15 +91,6 @@ async function start(kind, folder, others, config) {
     return false;
   }), `the ${kind} server`);
   return server;
-}
-
-async function freePort() {
-  const socket = createServer().listen(0, '127.0.0.1');
-  await once(socket, 'listening');
-  const { port } = socket.address();
-  socket.close();
-  await once(socket, 'close');
-  return port;
 }
 
 // None of these texts is in a server's log, or in a file of the session server.

@@ -2,9 +2,10 @@
 
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
-import { createServer } from 'node:net';
 import { after } from 'node:test';
 import { fileURLToPath } from 'node:url';
+
+import { freePort } from '../support/free_port.mjs';
 
 const path = (name) => fileURLToPath(new URL(`../../${name}`, import.meta.url));
 
@@ -17,14 +18,5 @@ export async function startDemoSimulator() {
   after(() => simulator.kill());
   await once(simulator.stdout, 'data'); // It is ready.
   simulator.stdout.resume();
-  return port;
-}
-
-async function freePort() {
-  const server = createServer().listen(0, '127.0.0.1');
-  await once(server, 'listening');
-  const { port } = server.address();
-  server.close();
-  await once(server, 'close');
   return port;
 }

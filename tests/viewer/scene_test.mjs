@@ -5,13 +5,13 @@ import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { mkdtemp, rm, writeFile } from 'node:fs/promises';
-import { createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
 import { Animation } from '../../src/web/view/animation.js';
+import { freePort } from '../support/free_port.mjs';
 import { accessibilityFindings, inFirefox, openBrowser, openPage, until } from './page.mjs';
 import { Pixels } from './pixels.mjs';
 
@@ -59,15 +59,6 @@ function start(program, args) {
     await ended;
   });
   process.on('exit', () => child.kill('SIGKILL'));
-}
-
-async function freePort() {
-  const socket = createServer().listen(0, '127.0.0.1');
-  await once(socket, 'listening');
-  const { port } = socket.address();
-  socket.close();
-  await once(socket, 'close');
-  return port;
 }
 
 // --- what is seen

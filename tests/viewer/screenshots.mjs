@@ -9,11 +9,11 @@
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { mkdir, mkdtemp, rm, writeFile } from 'node:fs/promises';
-import { createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { basename, join } from 'node:path';
 import { after, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
+import { freePort } from '../support/free_port.mjs';
 import { startDemoSimulator } from './demo_simulator.mjs';
 import { saveDocumentPicture } from './document_picture.mjs';
 import { FakeCloud } from './fake_cloud.mjs';
@@ -177,15 +177,6 @@ const LINE = {
 };
 
 // --- The real servers, with the example's website
-
-async function freePort() {
-  const server = createServer().listen(0, '127.0.0.1');
-  await once(server, 'listening');
-  const { port } = server.address();
-  server.close();
-  await once(server, 'close');
-  return port;
-}
 
 const endings = []; // what is left to do after the tests, in this order
 after(async () => {

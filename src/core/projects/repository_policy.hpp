@@ -65,7 +65,7 @@ bool is_on_forge(std::string_view rule, std::string_view forge);
 std::string_view without_dot_git(std::string_view name) noexcept;
 
 /// Why a world of this forge must not run at this load, or nothing when it may.
-/// `SimulationSession::check_policy` asks before anything is fetched.
+/// `may_start` in service/simulations/start_rules asks before anything is fetched.
 std::optional<Failure> refusal(RepositoryPolicy const& policy, std::string_view url,
                                ForgeOfWorld const& forge, double load);
 

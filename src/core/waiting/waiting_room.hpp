@@ -54,8 +54,6 @@ public:
         Customer(Customer const&) = delete;
         Customer& operator=(Customer const&) = delete;
 
-        bool is_in_line() const noexcept { return is_in_line_; }
-
         // None of them changes while it is in the line, unless the room changes it.
         Id id;
         WallTime rank{};   ///< Before `WaitingRoom::enter`: when it came.

@@ -24,8 +24,8 @@ std::shared_ptr<SimulationSession> next_session(SimulationSessions const& sessio
 
 asio::awaitable<void> look_at_processes(SimulationSession& session)
 {
-    co_await session.look_at_processes();
-    session.keep_process_limits();
+    co_await session.usage().look_at_processes();
+    session.usage().keep_process_limits();
 }
 
 asio::awaitable<result<>> watch(SessionContext& context, SimulationSessions const& sessions, Look look)
@@ -58,7 +58,7 @@ asio::awaitable<result<>> watch_folders(SessionContext& context, SimulationSessi
                                         FolderMeter& meter)
 {
     return watch(context, sessions,
-                 [&meter](SimulationSession& session) { return session.look_at_folder(meter); });
+                 [&meter](SimulationSession& session) { return session.usage().look_at_folder(meter); });
 }
 
 } // namespace webots_cloud

@@ -3,7 +3,7 @@
 
 #include "core/access/token_buckets.hpp"
 #include "local_worlds.hpp"
-#include "simulation_session.hpp"
+#include "session_context.hpp"
 
 #include "async/interruptible.hpp"
 

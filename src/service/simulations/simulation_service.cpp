@@ -86,7 +86,7 @@ struct SimulationService::Impl
     std::optional<Failure> refuse_way(ChannelInfo const& info) const;
     bool leads_to_simulation(IncomingRequest const& request) const;
     Answer forward(IncomingRequest const& request);
-    SimulationSession const* simulation_at(core::GatewayPath const& path) const;
+    SimulationGateway const* simulation_at(core::GatewayPath const& path) const;
     void apply_config();
     void stop();
     void add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel);
@@ -158,7 +158,7 @@ void SimulationService::Impl::apply_config()
         static_cast<std::size_t>(params.config.simulations_per_world));
     worlds.refresh();
     for (auto const& [id, session] : sessions)
-        session->limit_traffic();
+        session->gateway().limit_traffic();
     stager.apply();
 }
 
@@ -322,11 +322,11 @@ bool SimulationService::Impl::may_stage(ChannelInfo const& info, Channel& channe
 }
 
 /// Null: there is no simulation with such a token and port.
-SimulationSession const* SimulationService::Impl::simulation_at(core::GatewayPath const& path) const
+SimulationGateway const* SimulationService::Impl::simulation_at(core::GatewayPath const& path) const
 {
     for (auto const& [id, session] : sessions)
-        if (session->is_at(path.token))
-            return session->has_port(path.port) ? session.get() : nullptr;
+        if (session->gateway().is_at(path.token))
+            return session->gateway().has_port(path.port) ? &session->gateway() : nullptr;
     return nullptr;
 }
 
@@ -353,8 +353,8 @@ result<ControllerWay> SimulationService::way_of_controller(std::uint16_t, std::s
                                                            std::string_view robot)
 {
     for (auto const& [id, session] : impl_->sessions)
-        if (session->has_controller_key(key))
-            return session->way_of_controller(robot);
+        if (session->gateway().has_controller_key(key))
+            return session->gateway().way_of_controller(robot);
     return Failure(errc::refused,
                    "There is no simulation with this key, or it has ended: take the address that "
                    "the console of the simulation shows.");
@@ -465,7 +465,7 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, Channe
                                                       std::move(request));
         sessions.emplace(id, session);
     }
-    session->set_asked(std::move(info.asked), std::move(info.public_address));
+    session->gateway().set_asked(std::move(info.asked), std::move(info.public_address));
     if (is_ready)
         co_await session->resume(channel);
     else
@@ -505,7 +505,8 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, Chann
     context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
                                                 std::to_string(session->id())));
     bool const is_told = info.is_from_proxy && core::parse_public_base(info.public_address);
-    session->set_asked(std::move(info.asked), is_told ? std::move(info.public_address) : std::string());
+    session->gateway().set_asked(std::move(info.asked),
+                                 is_told ? std::move(info.public_address) : std::string());
     co_await session->resume(channel);
     forget_if_over(*session);
 }

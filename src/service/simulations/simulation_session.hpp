@@ -1,35 +1,31 @@
-// The life of one browser on /client: from its `start` to the last cleaned-up byte.
+// The life of one browser on /client: from its `start` to the last cleaned-up byte. Its parts: how the
+// simulation is reached (`SimulationGateway`), what it uses (`SimulationUsage`), its programs
+// (`SimulationPrograms`), and the rules that are asked first (start_rules.hpp).
 #pragma once
 
 #include "async/wakeup.hpp"
 #include "core/access/admission.hpp"
-#include "core/access/controller_address.hpp"
 #include "core/pages/simulation_board.hpp"
-#include "core/projects/project_needs.hpp"
-#include "core/projects/repository_policy.hpp"
 #include "core/simulation/client_protocol.hpp"
-#include "core/simulation/editable_files.hpp"
-#include "core/simulation/gateway_address.hpp"
-#include "core/simulation/service_state.hpp"
 #include "core/simulation/simulation_life.hpp"
 #include "core/simulation/start_figures.hpp"
 #include "core/simulation/start_refusal.hpp"
+#include "session_context.hpp"
+#include "simulation_gateway.hpp"
+#include "simulation_programs.hpp"
+#include "simulation_usage.hpp"
 
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
-#include <webots_cloud/simulation_service.hpp>
 #include <webots_cloud/transport/clock.hpp>
-#include <webots_cloud/transport/controllers.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
-#include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -38,44 +34,6 @@
 #include <vector>
 
 namespace webots_cloud {
-
-class Stager;
-
-/// What the sessions of a server share.
-struct SessionContext
-{
-    SessionContext(SimulationServiceParams const& service_params, SimulationServiceHooks const& service_hooks,
-                   ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger,
-                   core::AdmissionLimits limits)
-        : params(service_params), hooks(service_hooks), fetcher(projects), launcher(simulators), clock(time),
-          log(std::move(logger)), admission(limits)
-    {}
-
-    SimulationServiceParams const& params;
-    SimulationServiceHooks const& hooks;
-
-    ProjectFetcher& fetcher;
-    SimulationLauncher& launcher;
-    Clock& clock;
-    Logger log;
-    core::RepositoryPolicy policy;
-    core::ServiceState state;
-    Stager* stager = nullptr; ///< Set before there are sessions.
-    double load = 0;          ///< Of this machine when it was last measured, in percent.
-    double memory = 0;        ///< In use then, in percent, by staged simulations too.
-    double cores = 0;         ///< Of this machine; 0: nobody knows.
-    core::Admission admission;
-    core::StartFigures starts;
-    core::FetchFigures fetches; ///< For later starts.
-    /// How often a simulation got ready, began to wait for its browser, or ended: pages that were made before
-    /// that are old.
-    std::uint64_t changes = 0;
-    std::uint64_t staged_taken = 0;          ///< Staged simulations that browsers got.
-    std::map<Limit, std::uint64_t> overruns; ///< Simulations that were ended at a limit.
-    /// Bytes of simulations that have ended, from and to browsers.
-    std::uint64_t received = 0;
-    std::uint64_t sent = 0;
-};
 
 /// The simulation of one browser. One connection at a time owns it: the one that started it, or the last one
 /// that took it over. A staged simulation is one whose browser has not come yet: that takes it over, as one
@@ -147,57 +105,22 @@ public:
     /// No browser can return to it. Once `run` or `resume` has ended as well, nothing is left of it.
     bool is_over() const noexcept { return life_.is_over(); }
 
-    /// Where its browser has asked for this server, and where it reaches us through a session server
-    /// (`public_address_header`), if it does.
-    void set_asked(AskedAddress asked, std::string public_base)
-    {
-        asked_ = std::move(asked);
-        public_base_ = std::move(public_base);
-    }
+    /// How it is reached.
+    SimulationGateway& gateway() noexcept { return gateway_; }
+    SimulationGateway const& gateway() const noexcept { return gateway_; }
+
+    /// What it uses of the machine.
+    SimulationUsage& usage() noexcept { return usage_; }
+    SimulationUsage const& usage() const noexcept { return usage_; }
 
     /// With which a browser that lost its connection returns; empty: it can't.
     std::string const& token() const noexcept { return token_; }
-
-    /// Whether this is the token in the address of the running simulation.
-    bool is_at(std::string_view address_token) const noexcept
-    {
-        return !address_token_.empty() && address_token_ == address_token;
-    }
-
-    /// Whether that is a port of the simulation, which is ready, or of its editor.
-    bool has_port(std::uint16_t port) const;
-
-    /// Whether one of them, `port`, is that of its editor.
-    bool is_editors(std::uint16_t port) const noexcept { return port != ready_.port; }
-
-    /// What such a request is passed on to.
-    /// Precondition: the simulation has the port.
-    Forward forward(core::GatewayPath const& path, IncomingRequest const& request) const;
-
-    /// Whether this is the key for controllers of its robots.
-    bool has_controller_key(std::string_view key) const noexcept
-    {
-        return !controller_key_.empty() && controller_key_ == key;
-    }
-
-    /// Where a controller of `robot`, as it calls it, is passed on to.
-    /// Precondition: it has a controller key.
-    ControllerWay way_of_controller(std::string_view robot) const;
-
-    /// The simulator itself, which is ready.
-    Upstream simulator() const;
 
     /// Whether it runs a world of a forge, and streams pictures of it.
     bool streams_pictures() const;
 
     /// Of its world, as the browser gave it; empty: it is a project of a website.
     std::string_view address() const noexcept;
-
-    /// Takes over the limit of the context.
-    void limit_traffic();
-
-    /// Null: it is not reached through us.
-    TunnelGroup const* tunnels() const noexcept { return tunnels_.get(); }
 
     std::uint64_t id() const noexcept { return id_; }
 
@@ -206,21 +129,6 @@ public:
 
     /// Its project is fetched for later starts: it never becomes a simulation.
     bool is_fetch_only() const { return core::is_fetch_only(request_); }
-
-    /// Measures what the simulator consumes.
-    boost::asio::awaitable<void> look_at_processes();
-
-    /// Ends the simulation if it has overrun the limit of memory or processes when it was last looked at.
-    void keep_process_limits();
-
-    /// Measures its folder, if that is due, and ends it if it has overrun the limit of disk.
-    boost::asio::awaitable<void> look_at_folder(FolderMeter& meter);
-
-    /// What it consumed when it was last looked at; nothing before that.
-    ProcessUsage const& usage() const noexcept { return used_; }
-    double processors() const noexcept { return cpu_.value_or(0) / 100; }
-    double graphics_processors() const noexcept { return graphics_; }
-    bool is_measured() const noexcept { return cpu_.has_value(); }
 
     /// Which world it shows, for session servers.
     WorldKey world_key() const;
@@ -247,14 +155,8 @@ private:
     core::SimulationLife::Next end_connection();
     boost::asio::awaitable<void> await_return(TimePoint until);
     void log_loss(core::SimulationLife::Loss loss);
-    boost::asio::awaitable<void> await_goodbyes();
     boost::asio::awaitable<void> clean_up(bool exited);
-    void close_tunnels();
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
-    boost::asio::awaitable<void> read_programs();
-    void show_program(core::ReadFileMessage const& wish, Channel& channel);
-    boost::asio::awaitable<void> save_program(core::WriteFileMessage program, Channel& channel);
-    void list_programs(Channel& channel);
     void greet(Channel& channel);
     void introduce(Channel& channel);
     void on_ready(SimulationReady const& ready);
@@ -262,15 +164,7 @@ private:
     void tell_time(Channel& channel, Duration left);
     void extend(Duration by, Channel& channel);
     void announce(Channel& channel);
-    std::string reached_at() const;
-    void note_extern_robot(std::string robot, Channel& channel);
-    void tell_controller(std::size_t robot, Channel& channel) const;
-    void open_tunnels();
-    bool takes_controllers() const;
-    result<> check_policy() const;
     bool check_needs(Channel& channel);
-    result<> may_start() const;
-    result<> take_place();
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure, core::StartRefusal refusal);
     void refuse_start(SimulationEnded const& ended, Channel& channel);
@@ -282,8 +176,6 @@ private:
     SessionContext& context_;
     std::uint64_t id_;
     std::string quota_key_; ///< Of the client that started it, also when it returns from elsewhere.
-    AskedAddress asked_;
-    std::string public_base_;
     core::SimulationRequest request_;
     core::SimulationLife life_;
     core::StartStep step_ = core::StartStep::admission; ///< Until the simulation is ready.
@@ -292,28 +184,17 @@ private:
     TimePoint started_;
     core::Admission::Place place_;
     std::optional<Project> project_;
-    std::vector<std::string> needed_labels_;      ///< By the project.
-    std::optional<core::EditableFiles> programs_; ///< Once fetched; absent: its page can't change them.
-    std::unique_ptr<SimulationLog> output_;       ///< Outlives the simulation, which writes to it.
+    std::vector<std::string> needed_labels_; ///< By the project.
+    std::unique_ptr<SimulationLog> output_;  ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;
-    SimulationReady ready_;     ///< Where the simulator listens, once it does.
-    std::string address_token_; ///< In its address; empty: nobody reaches it through us.
-    std::shared_ptr<TunnelGroup> tunnels_;
-    /// With which controllers on other machines are let in; empty: none is. Not the token of the address,
-    /// which opens the whole simulation: this one crosses networks as plain text.
-    std::string controller_key_;
-    core::ExternRobots extern_robots_;
+    SimulationGateway gateway_{context_};
+    SimulationUsage usage_{context_, simulation_, life_};
+    SimulationPrograms programs_{context_, project_, simulation_};
 
     std::string token_;
     std::string loss_reason_;    ///< How the last connection ended.
     async::Wakeup life_changed_; ///< Another connection takes over, or the server stops.
     async::Wakeup released_;     ///< The connection that takes over can go on.
-
-    ProcessUsage used_;         ///< When it was last measured.
-    TimePoint measured_;        ///< When that was; at first when the simulator was started.
-    TimePoint folder_due_{};    ///< When its folder is to be measured again.
-    std::optional<double> cpu_; ///< Percent of one processor, between the last two measurements.
-    double graphics_ = 0;       ///< Graphics processors, then.
 };
 
 /// The sessions of a server, by their number. Shared with the connections that use them.

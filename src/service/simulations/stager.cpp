@@ -105,7 +105,7 @@ core::StagingRoom Stager::room() const
     room.memory = context_.memory;
     for (auto const& [id, session] : sessions_)
         if (!session->is_staged() && context_.cores > 0)
-            room.browsers += 100 * session->processors() / context_.cores;
+            room.browsers += 100 * session->usage().processors() / context_.cores;
     room.browser_starts = std::any_of(sessions_.begin(), sessions_.end(), [](auto const& entry) {
         return entry.second->is_starting() && !entry.second->is_staged();
     });

@@ -122,7 +122,7 @@ double StatusEndpoints::cpu_of_browsers(double all) const
     double staged = 0;
     for (auto const& [id, session] : sessions_)
         if (session->is_staged())
-            staged += session->processors();
+            staged += session->usage().processors();
     return description_.cores > 0 ? std::max(0.0, all - 100 * staged / description_.cores) : all;
 }
 
@@ -132,7 +132,7 @@ double StatusEndpoints::memory_of_browsers() const
     double staged = 0;
     for (auto const& [id, session] : sessions_)
         if (session->is_staged())
-            staged += static_cast<double>(session->usage().memory_bytes);
+            staged += static_cast<double>(session->usage().last().memory_bytes);
     auto const all = static_cast<double>(description_.memory_bytes);
     return all > 0 ? std::max(0.0, last_sample_.memory_used - 100 * staged / all) : last_sample_.memory_used;
 }
@@ -179,7 +179,7 @@ boost::asio::awaitable<void> StatusEndpoints::look_at_some()
             co_return;
         last_looked_at_ = next->first;
         auto const session = next->second;
-        co_await session->look_at_processes();
+        co_await session->usage().look_at_processes();
     }
 }
 
@@ -260,11 +260,11 @@ std::vector<WorldUse> StatusEndpoints::worlds() const
         use.key = key;
         if (session->is_starting()) {
             ++use.starting;
-        } else if (session->is_measured()) {
+        } else if (session->usage().is_measured()) {
             ++use.running;
-            use.processors += session->processors();
-            use.memory += static_cast<double>(session->usage().memory_bytes);
-            use.graphics += session->graphics_processors();
+            use.processors += session->usage().processors();
+            use.memory += static_cast<double>(session->usage().last().memory_bytes);
+            use.graphics += session->usage().graphics_processors();
         }
     }
     std::vector<WorldUse> worlds;
@@ -385,7 +385,7 @@ Answer StatusEndpoints::figures(IncomingRequest const&)
     if (description_.graphics_processors > 0) { // else nothing is known of them
         double busy = 0;
         for (auto const& [id, session] : sessions_)
-            busy += session->graphics_processors();
+            busy += session->usage().graphics_processors();
         text.add(busy);
     }
     if (context_.launcher.params().config.gateway)
@@ -402,7 +402,7 @@ void StatusEndpoints::write_traffic(core::MetricsText& text) const
     auto received = static_cast<double>(context_.received);
     auto sent = static_cast<double>(context_.sent);
     for (auto const& [id, session] : sessions_)
-        if (auto const* tunnels = session->tunnels()) {
+        if (auto const* tunnels = session->gateway().tunnels()) {
             connections += static_cast<double>(tunnels->open());
             received += static_cast<double>(tunnels->received());
             sent += static_cast<double>(tunnels->sent());
@@ -420,9 +420,9 @@ void StatusEndpoints::write_consumption(core::MetricsText& text) const
     double processes = 0;
     double processors = 0;
     for (auto const& [id, session] : sessions_) {
-        memory += static_cast<double>(session->usage().memory_bytes);
-        processes += static_cast<double>(session->usage().processes);
-        processors += session->processors();
+        memory += static_cast<double>(session->usage().last().memory_bytes);
+        processes += static_cast<double>(session->usage().last().processes);
+        processors += session->usage().processors();
     }
     text.family(core::metric("simulations_memory_bytes")).add(memory);
     text.family(core::metric("simulations_processes")).add(processes);

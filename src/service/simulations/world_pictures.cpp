@@ -35,7 +35,7 @@ asio::awaitable<result<>> WorldPictures::run()
         if (!session)
             continue;
         auto key = core::picture_key(session->address());
-        auto picture = co_await taker_->take(session->simulator());
+        auto picture = co_await taker_->take(session->gateway().simulator());
         if (picture && picture->size() >= least_picture)
             keep(std::move(key), std::move(*picture));
         bool const cancelled = co_await async::is_cancelled(); // while it was taken

@@ -533,7 +533,7 @@ function inOurWords(line) {
 }
 
 // A percentage written in the line, or an estimate from what docker compose prints; null when there is none.
-export function percentOf(line) {
+function percentOf(line) {
   const written = /(\d+(?:\.\d+)?)\s*%/.exec(line) ?? /:(\d+(?:\.\d+)?)$/.exec(line);
   if (written !== null)
     return Math.min(100, Number(written[1]));

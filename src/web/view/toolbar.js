@@ -123,7 +123,7 @@ export function icon(name) {
   return picture;
 }
 
-export function timeText(milliseconds) {
+function timeText(milliseconds) {
   const total = Math.max(0, Math.round(milliseconds));
   const part = (unit, count, digits) => String(Math.floor(total / unit) % count).padStart(digits, '0');
   return `${Math.floor(total / 3600000)}:${part(60000, 60, 2)}:${part(1000, 60, 2)}.${part(1, 1000, 3)}`;

@@ -1,0 +1,89 @@
+// Decisions: core/simulation/editable_files.
+#include "simulation_programs.hpp"
+
+#include "core/refusals.hpp"
+#include "core/text.hpp"
+
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+
+namespace {
+
+constexpr std::string_view folder_name = "controllers"; // of a project
+
+} // namespace
+
+/// Takes the programs as they were fetched, before a simulator runs that could have changed them.
+asio::awaitable<void> SimulationPrograms::read()
+{
+    auto* const files = context_.hooks.program_files;
+    if (!files || !context_.params.config.allow_edit)
+        co_return;
+    TextLimits limits;
+    limits.bytes = core::largest_editable;
+    limits.files = core::most_editable;
+    auto found = co_await files->read_all(project_->root / folder_name, limits);
+    core::EditableFiles::Texts texts;
+    if (found)
+        for (auto& [name, text] : *found)
+            texts.emplace(std::move(name), std::move(text));
+    std::vector<std::string> world{project_->world.lexically_relative(project_->root).generic_string()};
+    auto const read = co_await files->read(project_->root, std::move(world));
+    bool const is_there = read && read->front();
+    files_.emplace(std::move(texts), is_there ? std::string_view(*read->front()) : std::string_view());
+}
+
+/// Sends the page that can show them what there is to change.
+void SimulationPrograms::list(Channel& channel) const
+{
+    if (files_ && !files_->empty())
+        (void)channel.send(files_->list_message());
+}
+
+void SimulationPrograms::show(core::ReadFileMessage const& wish, Channel& channel) const
+{
+    auto const text =
+        files_ ? files_->read(wish.file, wish.original) : core::refused(core::Refused::not_editable);
+    (void)channel.send(text ? core::file_message(wish.file, *text, wish.original)
+                            : core::file_error_message(wish.file, text.error()));
+}
+
+asio::awaitable<void> SimulationPrograms::save(core::WriteFileMessage program, Channel& channel)
+{
+    auto const [file, text] = std::move(program);
+    auto saved = files_ ? files_->may_save(file, text, context_.clock.now())
+                        : core::refused(core::Refused::not_editable);
+    if (saved) {
+        std::vector<TextFile> files{TextFile(concat(folder_name, "/", file), text)};
+        saved = co_await context_.hooks.program_files->write(project_->root, std::move(files));
+    }
+    if (saved && simulation_) {
+        auto path = project_->root / folder_name / file;
+        saved = co_await simulation_->put_back(std::move(path));
+    }
+    if (saved)
+        files_->saved(file, text);
+    (void)channel.send(saved ? core::file_saved_message(file)
+                             : core::file_error_message(file, saved.error()));
+}
+
+asio::awaitable<result<>> SimulationPrograms::restore(std::string file)
+{
+    auto const name = concat(folder_name, "/", file);
+    auto restored = co_await context_.fetcher.restore(*project_, name);
+    if (restored && simulation_) {
+        auto path = project_->root / name;
+        restored = co_await simulation_->put_back(std::move(path));
+    }
+    if (restored && files_)
+        files_->restored(file);
+    co_return restored;
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,57 @@
+// The programs of one simulation, for the page that shows and changes them (protocol section 13.19).
+#pragma once
+
+#include "core/simulation/client_protocol.hpp"
+#include "core/simulation/editable_files.hpp"
+#include "session_context.hpp"
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/project_fetcher.hpp>
+#include <webots_cloud/simulation_launcher.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace webots_cloud {
+
+/// Lifetime: everything passed by reference must outlive it.
+class SimulationPrograms
+{
+public:
+    /// `project` and `simulation`: those of the session, which come and go.
+    SimulationPrograms(SessionContext& context, std::optional<Project> const& project,
+                       std::unique_ptr<Simulation> const& simulation)
+        : context_(context), project_(project), simulation_(simulation)
+    {}
+
+    /// Takes the programs as they were fetched, before a simulator runs that could have changed them.
+    ///
+    /// Precondition: there is a project.
+    boost::asio::awaitable<void> read();
+
+    /// Its page can't show them.
+    void forget() { files_.reset(); }
+
+    /// Sends the page what there is to change.
+    void list(Channel& channel) const;
+
+    void show(core::ReadFileMessage const& wish, Channel& channel) const;
+    boost::asio::awaitable<void> save(core::WriteFileMessage program, Channel& channel);
+
+    /// Puts a file back as it was fetched, whether or not the page may change it.
+    ///
+    /// Precondition: there is a project.
+    boost::asio::awaitable<result<>> restore(std::string file);
+
+private:
+    SessionContext& context_;
+    std::optional<Project> const& project_;
+    std::unique_ptr<Simulation> const& simulation_;
+    std::optional<core::EditableFiles> files_; ///< Once fetched; absent: its page can't change them.
+};
+
+} // namespace webots_cloud
