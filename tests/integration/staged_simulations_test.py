@@ -21,9 +21,9 @@ from support.git_server import GitServer  # noqa: E402
 from support.projects import EXAMPLES, demo_project  # noqa: E402
 from support.servers import SimulationServer, is_alive, main, program, wait_until  # noqa: E402
 
-# How often the worlds of a hostile repository are staged; 200 take five minutes, since each is tried more and more seldom.
-HOSTILE_WORLDS = max(12, HOSTILE_STAGINGS // 5)  # one is tried some six times in a minute
+# How often the worlds of a hostile repository are staged; 200 take some minutes, on a machine that is busy half an hour.
 HOSTILE_STAGINGS = int(os.environ.get("HOSTILE_STAGINGS", "30"))
+HOSTILE_WORLDS = max(24, HOSTILE_STAGINGS // 4)  # one is tried some six times in a minute
 
 
 def staged(count=1, **more):

@@ -88,16 +88,21 @@ std::optional<std::size_t> Staging::next(TimePoint now, StagingRoom const& room,
     bool const is_its_turn = room.load < busy_load || !last_begun_ || now - *last_begun_ >= busy_pause;
     if (!has_room || !is_free || !is_its_turn || room.browsers >= full_load)
         return std::nullopt;
+    std::optional<std::size_t> best;
+    unsigned fewest = 0; // failures: those that fail do not hold up those behind them
     for (std::size_t world = 0; world < worlds_.size(); ++world) {
         auto const& wanted = worlds_[world];
-        auto const failures = failures_.find(world_of(wanted));
-        bool const is_paused = failures != failures_.end() && now < failures->second.pause_ends;
+        auto const found = failures_.find(world_of(wanted));
+        auto const failures = found == failures_.end() ? Failures() : found->second;
         auto const there =
             std::count_if(kept.begin(), kept.end(), [&](auto const& entry) { return entry.first == world; });
-        if (!is_paused && there < wanted.count)
-            return world;
+        bool const is_due = now >= failures.pause_ends && there < wanted.count;
+        if (is_due && (!best || failures.count < fewest)) {
+            best = world;
+            fewest = failures.count;
+        }
     }
-    return std::nullopt;
+    return best;
 }
 
 Staging::Plan Staging::plan(TimePoint now, StagingRoom const& room) const

@@ -224,6 +224,15 @@ BOOST_AUTO_TEST_CASE(what_fails_is_tried_again_later_and_later_and_others_meanwh
     BOOST_TEST(machine.begin() == id + 2);
 }
 
+BOOST_AUTO_TEST_CASE(what_fails_does_not_hold_up_what_stands_behind_it)
+{
+    Machine machine({staged_world("a", 1), staged_world("b", 1)});
+    machine.staging.ended(machine.begin(), machine.now);
+    machine.now += 60s; // so that "a" could be tried again
+    machine.make_ready();
+    BOOST_TEST(machine.staging.find("b", "").has_value());
+}
+
 BOOST_AUTO_TEST_CASE(what_ends_by_itself_when_it_is_ready_has_failed_too)
 {
     Machine machine({staged_world("a", 1)});
