@@ -126,6 +126,13 @@ public:
     /// long to count, not so often. 0 where it does not answer.
     boost::asio::awaitable<WrittenElsewhere> written(std::string project);
 
+    /// Brings a file below the root of a project that was prepared into those of its containers that have a
+    /// copy of the project and run. The calling object may be destroyed while this runs.
+    ///
+    /// Errors: as docker says.
+    boost::asio::awaitable<result<>> put_back(std::string project, std::filesystem::path root,
+                                              std::filesystem::path file);
+
     /// Removes whatever is left of a project that was prepared and has ended, old images, and what is kept
     /// of builds beyond `build_cache`.
     boost::asio::awaitable<void> clear(std::string project);

@@ -212,7 +212,7 @@ constexpr std::array<RefusalRow, static_cast<std::size_t>(R::count)> table{{
     {R::bad_docker_setting, "server-fault", errc::invalid_argument, everywhere,
      "This server's docker settings have an unusable value: {value}"},
     {R::not_put_back, "server-fault", errc::unavailable, here,
-     "The file can't be put back on the node of the cluster: {words}."},
+     "The file can't be brought to where the simulation runs: {words}."},
     {R::node_without_address, "server-fault", errc::start_failed, here,
      "The simulation runs on {node}, but this server knows no address of it."},
 

@@ -243,4 +243,28 @@ std::vector<std::string> compose_restart_controller(std::vector<std::string> com
     return compose_command(std::move(compose), file, {"restart", "--timeout", "0", "controller"});
 }
 
+std::vector<std::string> list_containers(std::string_view project)
+{
+    return {"ps",       "--no-trunc",
+            "--filter", concat("label=", project_label, "=", project),
+            "--format", concat("{{.ID}}\t{{.Label \"", service_label, "\"}}")};
+}
+
+std::vector<std::string> containers_with_project(std::string_view listing)
+{
+    std::vector<std::string> containers;
+    for (auto const line : split(listing, '\n')) {
+        auto const fields = split(line, '\t');
+        if (fields.size() == 2 && (fields[1] == "webots" || fields[1] == "controller"))
+            containers.emplace_back(fields[0]);
+    }
+    return containers;
+}
+
+std::vector<std::string> copy_into_container(std::string_view container, std::filesystem::path const& file,
+                                             std::filesystem::path const& name)
+{
+    return {"cp", file.string(), concat(container, ":", project_in_container, "/", name.generic_string())};
+}
+
 } // namespace webots_cloud::core

@@ -110,4 +110,15 @@ std::vector<std::string> compose_down(std::vector<std::string> compose, std::fil
 std::vector<std::string> compose_restart_controller(std::vector<std::string> compose,
                                                     std::filesystem::path const& file);
 
+/// Arguments of docker: the running containers of a project, for `containers_with_project`.
+std::vector<std::string> list_containers(std::string_view project);
+
+/// Of that listing, the numbers of those that have a copy of the project: the simulator's, and the one of a
+/// participant in a competition. Editors share a folder with one of them.
+std::vector<std::string> containers_with_project(std::string_view listing);
+
+/// Arguments of docker: brings a file of this machine into a container. `name`: within the project.
+std::vector<std::string> copy_into_container(std::string_view container, std::filesystem::path const& file,
+                                             std::filesystem::path const& name);
+
 } // namespace webots_cloud::core

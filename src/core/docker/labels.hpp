@@ -9,5 +9,7 @@ namespace webots_cloud::core {
 inline constexpr std::string_view server_label = "webots_cloud.server";
 /// Compose's: of which project a container is.
 inline constexpr std::string_view project_label = "com.docker.compose.project";
+/// Likewise: of which service.
+inline constexpr std::string_view service_label = "com.docker.compose.service";
 
 } // namespace webots_cloud::core

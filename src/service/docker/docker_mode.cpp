@@ -8,6 +8,7 @@
 #include "core/docker/build_images.hpp"
 #include "core/docker/build_limits.hpp"
 #include "core/docker/container_sizes.hpp"
+#include "core/docker/docker_project.hpp"
 #include "core/text.hpp"
 #include "docker_build_limits.hpp"
 #include "docker_cleanup.hpp"
@@ -186,6 +187,23 @@ LaunchPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject proje
         plan.restart_controller.directory = spec.root; // compose reads files beside its own
     }
     return plan;
+}
+
+asio::awaitable<result<>> DockerMode::put_back(std::string project, std::filesystem::path root,
+                                               std::filesystem::path file)
+{
+    auto list = core::list_containers(project);
+    auto const listing = co_await impl_->commands.docker(std::move(list));
+    if (!listing)
+        co_return listing.error();
+    auto const name = file.lexically_relative(root);
+    for (auto const& container : core::containers_with_project(*listing)) {
+        auto copy = core::copy_into_container(container, file, name);
+        auto const copied = co_await impl_->commands.docker(std::move(copy));
+        if (!copied)
+            co_return copied.error();
+    }
+    co_return result<>();
 }
 
 void DockerMode::note(std::string const& project, std::string_view line)

@@ -1,6 +1,8 @@
 // Decisions: core/docker/compose_output.
 #include "simulator_runtime.hpp"
 
+#include <utility>
+
 namespace webots_cloud {
 namespace asio = boost::asio;
 
@@ -25,6 +27,11 @@ public:
     asio::awaitable<WrittenElsewhere> written_elsewhere(LaunchPlan const& plan) override
     {
         return docker_.written(plan.project);
+    }
+
+    asio::awaitable<result<>> put_into_containers(LaunchPlan const& plan, std::filesystem::path file) override
+    {
+        return docker_.put_back(plan.project, plan.process.directory, std::move(file));
     }
 
     PrintedLine read(std::string_view line, LaunchPlan const& plan) override

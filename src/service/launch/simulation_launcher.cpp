@@ -299,6 +299,9 @@ void RunningSimulation::on_job_usage(TimePoint now)
 
 asio::awaitable<result<>> RunningSimulation::put_back(std::filesystem::path file)
 {
+    auto const copied = co_await runtime_.put_into_containers(plan_, file);
+    if (!copied)
+        co_return core::refused(core::Refused::not_put_back, {{"words", copied.error().message()}});
     if (job_.number().empty()) // there is no copy yet; it will have the file as it is
         co_return result<>();
     auto spec = runtime_.put_back(plan_, job_.number(), file);

@@ -57,6 +57,15 @@ public:
         co_return WrittenElsewhere();
     }
 
+    /// Puts a file of the project, absolute, into the copies that containers have of it.
+    ///
+    /// Errors: those of `DockerMode::put_back`.
+    virtual boost::asio::awaitable<result<>> put_into_containers(LaunchPlan const&,
+                                                                 std::filesystem::path /*file*/)
+    {
+        co_return result<>();
+    }
+
     virtual PrintedLine read(std::string_view line, LaunchPlan const& plan) = 0;
 
     /// Whether a simulator that has loaded its world certainly listens on its own port, so that it need not

@@ -249,6 +249,22 @@ BOOST_AUTO_TEST_CASE(compose_is_run_by_argument_vectors)
                boost::test_tools::per_element());
 }
 
+BOOST_AUTO_TEST_CASE(a_file_is_brought_into_the_containers_that_have_the_project)
+{
+    BOOST_TEST(
+        list_containers("webots-2000-1") ==
+            arguments({"ps", "--no-trunc", "--filter", "label=com.docker.compose.project=webots-2000-1",
+                       "--format", "{{.ID}}\t{{.Label \"com.docker.compose.service\"}}"}),
+        boost::test_tools::per_element());
+    BOOST_TEST(containers_with_project("a1\twebots\nb2\ttheia\nc3\tcontroller\nWARNING: no\n") ==
+                   arguments({"a1", "c3"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(copy_into_container("a1", "/i/1/project/controllers/a/a b.py", "controllers/a/a b.py") ==
+                   arguments({"cp", "/i/1/project/controllers/a/a b.py",
+                              "a1:/usr/local/webots-project/controllers/a/a b.py"}),
+               boost::test_tools::per_element());
+}
+
 // Protocol 6.1: the environment with docker.
 BOOST_AUTO_TEST_CASE(compose_gets_what_reaches_docker_and_nothing_that_changes_its_file)
 {

@@ -1001,6 +1001,28 @@ BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
     fixture.leave(browser);
 }
 
+BOOST_AUTO_TEST_CASE(a_file_that_is_put_back_is_put_into_the_containers_as_well)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.source.files = {"controllers/walk/walk.py"};
+    fixture.processes.expect().prints("webots-1  | .\n");
+    auto& browser = fixture.start();
+    fixture.processes.expect().prints("a1\twebots\nb2\ttheia\nc3\tcontroller\n").exits(0);
+    fixture.processes.expect().exits(0);
+    fixture.processes.expect().prints("Error: No such container:path: c3:/usr\n").exits(1);
+    browser.browser_says(R"({"reset controller":"walk/walk.py"})");
+    fixture.world.settle();
+    BOOST_TEST(fixture.run().at(2) == "/bin/docker cp /instances/1/project/controllers/walk/walk.py "
+                                      "a1:/usr/local/webots-project/controllers/walk/walk.py");
+    BOOST_TEST(browser.sent.back() ==
+               "loading: Error: The file can't be brought to where the simulation runs: "
+               "Error: No such container:path: c3:/usr.");
+    BOOST_TEST(!browser.close_code.has_value());
+    fixture.expect_commands(looks);
+    fixture.leave(browser);
+}
+
 BOOST_AUTO_TEST_CASE(a_reset_elsewhere_restarts_nothing)
 {
     Fixture fixture;
