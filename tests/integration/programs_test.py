@@ -14,16 +14,55 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.browser_client import Browser  # noqa: E402
-from support.servers import SimulationServer, main  # noqa: E402
+from support.browser_client import Browser, websockets  # noqa: E402
+from support.servers import PATIENCE, SimulationServer, main, wait_until  # noqa: E402
 
+FILE = "drive/drive.py"
 WORLD = '#VRML_SIM R2025a utf8\nWorldInfo { basicTimeStep 32 }\nTwoWheeledRobot { name "r" translation 0 0 0 }\n'
 URL = "local:/o/lesson/blob/main/worlds/a.wbt"
+DRIVEN = WORLD.replace('name "r"', 'name "r" controller "drive"')  # its robot runs the program
 PROGRAM = "print('go')\n"
 SECRET = "secret of the machine\n"
 
+# Puts other things in its own place again and again, as fast as it can: a link to what is not the simulation's, a pipe that nobody writes into,
+# and a file of 1 GB.
+SWAPPER = """
+import os
+
+def large(name):
+    with open(name, 'wb') as file:
+        file.truncate(1 << 30)
+
+makers = [lambda name: os.symlink({secret!r}, name), os.mkfifo, large]
+print('I swap', flush=True)
+while not os.path.exists('stop.py'):
+    for make in makers:
+        try:
+            make('new')
+            os.replace('new', 'drive.py')
+        except OSError:
+            pass
+print('I stop', flush=True)
+"""
+
 
 class Programs(unittest.IsolatedAsyncioTestCase):
+    walls = {}
+
+    def running(self, **settings):
+        """A simulation server that runs; SkipTest where there are no walls to be had."""
+        simulation = self.start(**self.walls, **settings)
+        if not self.walls:
+            simulation.start()
+            return simulation
+        if not shutil.which("bwrap"):
+            self.skipTest("bubblewrap is not installed")
+        try:
+            simulation.start()
+        except AssertionError as failure:
+            self.skipTest(f"no sandbox here: {failure}")
+        return simulation
+
     def start(self, **settings):
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_programs_")
         self.addCleanup(shutil.rmtree, self.folder)
@@ -31,6 +70,7 @@ class Programs(unittest.IsolatedAsyncioTestCase):
         self.write(self.outside, SECRET)
         project = os.path.join(self.folder, "o", "lesson")
         self.write(os.path.join(project, "worlds", "a.wbt"), WORLD)
+        self.write(os.path.join(project, "worlds", "driven.wbt"), DRIVEN)
         self.write(os.path.join(project, "controllers", "drive", "drive.py"), PROGRAM)
         self.write(os.path.join(project, "controllers", "drive", "picture.png"), b"\x89PNG\r\n\x1a\n\0")
         simulation = SimulationServer(**{"gateway": True, "forges": [{"url": "local:", "directory": self.folder}],
@@ -44,10 +84,10 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             file.write(content if isinstance(content, bytes) else content.encode())
 
     @contextlib.asynccontextmanager
-    async def simulating(self, simulation, edit=True):
+    async def simulating(self, simulation, edit=True, url=URL, **start):
         async with Browser(simulation) as browser:
-            await browser.start(url=URL, edit=edit)
-            await browser.hear("webots:")
+            await browser.start(url=url, edit=edit, **start)
+            browser.address = (await browser.hear("webots:")).removeprefix("webots:")
             yield browser
 
     async def ask(self, browser, **message):
@@ -68,8 +108,9 @@ class Programs(unittest.IsolatedAsyncioTestCase):
         with open(os.path.join(self.place(simulation), path)) as file:
             return file.read()
 
-    async def change(self, simulation):
+    async def test_a_program_is_changed(self):
         """From the list to a saved program, and back."""
+        simulation = self.running()
         async with self.simulating(simulation) as browser:
             self.assertEqual(json.loads((await browser.hear("files: ")).removeprefix("files: ")),
                              [{"path": "drive/drive.py", "changed": False}])
@@ -86,25 +127,9 @@ class Programs(unittest.IsolatedAsyncioTestCase):
         with open(os.path.join(self.folder, "o", "lesson", "controllers", "drive", "drive.py")) as original:
             self.assertEqual(original.read(), PROGRAM)
 
-    async def test_a_program_is_changed_without_walls(self):
-        simulation = self.start()
-        simulation.start()
-        await self.change(simulation)
-
-    async def test_a_program_is_changed_in_a_sandbox(self):
-        if not shutil.which("bwrap"):
-            self.skipTest("bubblewrap is not installed")
-        simulation = self.start(sandbox="bubblewrap", network="none", simulationUser="auto")
-        try:
-            simulation.start()
-        except AssertionError as failure:
-            self.skipTest(f"no sandbox here: {failure}")
-        await self.change(simulation)
-
     async def test_without_the_key_or_an_editor_nothing_is_told_or_changed(self):
         for settings, edit in (({"allowEdit": False}, True), ({}, False)):
-            simulation = self.start(**settings)
-            simulation.start()
+            simulation = self.running(**settings)
             async with self.simulating(simulation, edit) as browser:
                 self.assertEqual((await self.save(browser, "drive/drive.py", "x"))["code"], "not-editable")
                 self.assertEqual((await self.ask(browser, read="drive/drive.py"))["code"], "not-editable")
@@ -113,8 +138,7 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             simulation.close()
 
     async def test_what_a_simulation_plants_is_never_followed_or_read(self):
-        simulation = self.start()
-        simulation.start()
+        simulation = self.running()
         async with self.simulating(simulation) as browser:
             programs = self.place(simulation)
             drive = os.path.join(programs, "drive")
@@ -141,9 +165,62 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(outside.read(), SECRET)
         simulation.wait_until_clean()
 
+    async def test_what_a_program_puts_in_its_own_place_while_it_is_saved_and_read_is_never_followed_or_read(self):
+        simulation = self.running()
+        async with self.simulating(simulation, url=URL.replace("a.wbt", "driven.wbt"), mode="w3d") as browser:
+            async with websockets.connect(browser.address + "/", max_size=None) as view:
+                async def hear(line):
+                    while str(await asyncio.wait_for(view.recv(), PATIENCE)) != line:
+                        pass
+                await view.send("w3d;broadcast")
+                self.assertTrue((await self.save(browser, FILE, SWAPPER.format(secret=self.outside)))["saved"])
+                await view.send("reset")
+                await hear("stdout:I swap")
+                for turn in range(15):  # what may be saved at once, and some left for the end
+                    text = f"print({turn})\n"
+                    self.assertTrue((await self.save(browser, FILE, text))["saved"])
+                    for _ in range(10):
+                        self.assertEqual((await self.ask(browser, read=FILE))["text"], text)
+                self.assertTrue((await self.save(browser, "drive/stop.py", ""))["saved"])
+                await hear("stdout:I stop")
+                self.assertTrue((await self.save(browser, FILE, "print('mended')\n"))["saved"])
+                await view.send("reset")
+                await hear("stdout:mended")
+        with open(self.outside) as outside:
+            self.assertEqual(outside.read(), SECRET)
+        simulation.wait_until_clean()
+
+    async def test_messages_that_come_early_late_or_again_change_no_other_simulation(self):
+        simulation = self.running(reconnectGrace=60)
+        early = {"write": {"path": FILE, "text": "early"}}
+        async with Browser(simulation) as browser:
+            await browser.socket.send(json.dumps(early))
+            await browser.hear("loading: Error: No simulation was started")
+        async with self.simulating(simulation, reconnect=True) as first:
+            token = (await first.hear("reconnectToken: ")).split()[1]
+            for _ in range(2):  # again
+                self.assertTrue((await self.save(first, FILE, "mine"))["saved"])
+            async with self.simulating(simulation) as other, Browser(simulation) as second:
+                await self.save(other, FILE, "of somebody else")
+                self.assertEqual((await self.ask(first, read=FILE))["text"], "mine")
+                await second.socket.send(json.dumps({"reconnect": token}))
+                await second.hear("files: ")
+                self.assertEqual(await first.hear_all(), 4001)
+                with self.assertRaises(websockets.ConnectionClosed):  # late
+                    await first.socket.send(json.dumps(early))
+                self.assertEqual((await self.ask(second, read=FILE))["text"], "mine")
+                await second.socket.close(1000)
+        wait_until(lambda: not simulation.simulators(), "the simulations have ended")
+        simulation.wait_until_clean()
+
+    async def test_pages_of_other_origins_have_no_programs(self):
+        simulation = self.running()
+        with self.assertRaises(websockets.InvalidStatusCode) as refused:
+            await websockets.connect(f"ws://localhost:{simulation.port}/client", origin="https://anybody.example")
+        self.assertEqual(refused.exception.status_code, 403)
+
     async def test_names_that_lead_out_of_the_folder_are_refused(self):
-        simulation = self.start()
-        simulation.start()
+        simulation = self.running()
         async with self.simulating(simulation) as browser:
             for name in ("../worlds/a.wbt", "drive/../../worlds/a.wbt", "/etc/passwd", "drive/.git", "drive/", "drive.py", "drive\\x/y", "drive/\0"):
                 await browser.socket.send(json.dumps({"write": {"path": name, "text": "x"}}))
@@ -153,8 +230,7 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             self.assertTrue((await self.save(browser, "drive/drive.py", "x"))["saved"])
 
     async def test_too_much_is_refused_and_bystanders_are_served_meanwhile(self):
-        simulation = self.start()
-        simulation.start()
+        simulation = self.running()
         async with self.simulating(simulation) as browser, self.simulating(simulation) as bystander:
             for text in ("x" * 30001, "\0", "\x1b[2J"):
                 self.assertEqual((await self.save(browser, "drive/drive.py", text))["code"], "not-saved")
@@ -173,6 +249,10 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             await browser.socket.send(json.dumps({"write": {"path": "drive/drive.py", "text": "x" * 70_000}}))
             self.assertEqual(await browser.hear_all(), 1009)
             self.assertEqual((await self.ask(bystander, read="drive/drive.py"))["text"], PROGRAM)
+
+
+class ProgramsInASandbox(Programs):
+    walls = {"sandbox": "bubblewrap", "network": "none", "simulationUser": "auto"}
 
 
 if __name__ == "__main__":
