@@ -52,7 +52,7 @@ def messages():
     client, relay, waiting = source("core/simulation/client_protocol.cpp"), source("core/relay/relay_messages.cpp"), source("core/waiting/waiting_messages.cpp")
     header, staging = source("core/simulation/client_protocol.hpp"), source("core/simulation/staging_messages.cpp")
     classes = source("core/classes/class_messages.cpp")
-    programs = source("core/simulation/editable_files.cpp")
+    programs = source("core/simulation/editable_files.cpp") + source("core/projects/lesson.cpp")
     return {
         "What browsers say on `/client`": written(client, r'object->if_contains\("([\w ]+)"\)'),
         "Members of `start`": written(client, r'start->if_contains\("(\w+)"\)', r'\{"(\w+)", &StartMessage::') |

@@ -205,6 +205,9 @@ class Lesson(OneServer):
         ada.send({"state": {"state": "waiting", "why": "busy", "ahead": 2}})
         waiting = teacher.until("student")
         self.assertEqual((waiting["sign"], waiting["why"], waiting["ahead"]), ("hand", "busy", 2))
+        program = {"file": "drive/drive.py", "changed": True, "line": 12}
+        ada.send({"state": {"state": "running", "program": program}})
+        self.assertEqual(teacher.until("student")["program"], program)
         teacher.send({"tell": {"students": None, "do": "start"}})
         self.assertEqual(ada.until("do"), "start")
 

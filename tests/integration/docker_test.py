@@ -20,8 +20,9 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, websockets  # noqa: E402
 from support.docker import IMAGES, TEMPLATES, DockerDaemon, compose_command, docker_server, python_files  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
+from support.lessons import solved  # noqa: E402
 from support.ports import free_port  # noqa: E402
-from support.projects import demo_project  # noqa: E402
+from support.projects import demo_project, files_of  # noqa: E402
 from support.servers import SimulationServer, descendants, main, port_is_free, program, wait_until  # noqa: E402
 
 EDITOR = "benjamindeleze/theia-test:test3"
@@ -47,6 +48,8 @@ def setUpModule():
     docker.import_image(f"{IMAGES}:R2025a-ubuntu22.04", {"/usr/local/webots/webots": simulator}, ["/bin/sh", "/bin/sleep", "/bin/false"])
     python = python_files("glob", "select", "signal", "socket", "subprocess", "tempfile", "traceback", "types")
     docker.import_image(f"{IMAGES}:R2025a-python", {"/usr/local/webots/webots": simulator, **CONTROLLER_LIBRARY}, ["/bin/sh", "/bin/sleep", *python])
+    runs_python = python_files("io", "linecache", "math", "os", "socket", "sys", "traceback", "types")
+    docker.import_image(f"{IMAGES}:R2025b-ubuntu22.04", {"/usr/local/webots/webots": simulator}, ["/bin/sh", "/bin/sleep", "/bin/ln", *runs_python])
     docker.import_image(EDITOR, {}, ["/bin/sleep", "/bin/ls"])
     robots = demo_project()
     del robots["webots.yml"]
@@ -59,6 +62,9 @@ def setUpModule():
     git.add_repository("o", "deep", {**{os.path.join("projects/robots", name): content for name, content in robots.items()},
                                      "webots.yml": "dockerCompose:theia:webots-project/controllers/\n",
                                      "projects/robots/webots.yml": "type: demo\n"})
+    lessons = {name: content.replace(b"R2025a", b"R2025b") for name, content in files_of("lessons").items() if name != "webots.yml"}
+    git.add_repository("o", "lessons", lessons)
+    git.add_repository("o", "lessons-theia", {**lessons, "webots.yml": "dockerCompose:theia:webots-project/controllers/\n"})
     git.add_repository("o", "make", {**robots, "Makefile": "all:\n\tfalse\n"})
     git.add_repository("o", "broken", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN false\n"})
     labels = "LABEL webots_cloud.server=x com.docker.compose.project=y com.docker.compose.service=webots\n"
@@ -315,6 +321,47 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 self.assertIn('"trusted": true', str(text))
                 status = simulation.ask(f"{path}/{simulation.port + 1}/robot_windows/x.html", headers={"Webots-Cloud-Untrusted": "1"})[0]
                 self.assertNotEqual(status, 403)
+
+    async def test_a_program_that_a_visitor_saves_runs_in_the_container_after_a_reset(self):
+        for repository in ("lessons", "lessons-theia"):  # in its own file system, in a volume
+            with self.subTest(repository), server(allowEdit=True) as simulation:
+                async with self.visit(simulation) as browser:
+                    await self.program_a_robot(browser, repository)
+
+    async def program_a_robot(self, browser, repository):
+        file, original = "move/move.py", files_of("lessons")["controllers/move/move.py"].decode()
+        await browser.start(world(repository, "lesson_1_move.wbt"), mode="w3d", edit=True)
+        address = (await browser.hear("webots:"))[len("webots:"):]
+        self.assertEqual(json.loads((await browser.hear("files: "))[len("files: "):])[0], {"path": file, "changed": False})
+        self.assertEqual(json.loads((await browser.hear("lesson: "))[len("lesson: "):])["title"]["de"], "Lektion 1: Fahren")
+        self.assertEqual((await self.ask(browser, read=file))["text"], original)
+        async with websockets.connect(address + "/", max_size=None) as webots:
+            await webots.send("w3d;broadcast")
+            await webots.send("fast:-1")
+
+            async def run_until(printed):
+                await webots.send("reset")
+                while not str(await asyncio.wait_for(webots.recv(), 60)).startswith(printed):
+                    pass
+            await run_until("stdout:Hello, I am your robot. The wheels turn with 0.0")
+            self.assertTrue((await self.ask(browser, write={"path": file, "text": "print('mine')\n"}))["saved"])
+            await run_until("stdout:mine")
+            self.assertTrue((await self.ask(browser, write={"path": file, "text": solved("lesson_1_move")}))["saved"])
+            await run_until("stdout:You did it: ")
+            await browser.socket.send(json.dumps({"reset controller": file}))
+            await browser.hear(f"reset controller: {file}")
+            await run_until("stdout:Hello, I am your robot. The wheels turn with 0.0")
+            # What is put in its place within the container stays in there.
+            container, = self.containers_of("webots")
+            place = f"/usr/local/webots-project/controllers/{file}"
+            for command in (f"/bin/ln -sf /etc/planted {place}", f"/bin/ln -sfn /nowhere/at/all {place}"):
+                await asyncio.to_thread(docker.run, "exec", container, "/bin/sh", "-c", command)
+                await self.ask(browser, write={"path": file, "text": "print('again')\n"})
+            self.assertFalse(os.path.exists("/etc/planted"))
+
+    async def ask(self, browser, **message):
+        await browser.socket.send(json.dumps(message))
+        return json.loads((await browser.hear("file: "))[len("file: "):])
 
     async def test_what_a_container_writes_counts_towards_its_limit_of_disk(self):
         cases = [("robots", "/loot"), ("theia", "/usr/local/webots-project/controllers/loot")]  # in its own file system, in a volume

@@ -20,6 +20,7 @@ from limits_test import LimitedServer  # noqa: E402
 from support.browser_client import Browser, server, websockets  # noqa: E402
 from support.frames import PICTURE  # noqa: E402
 from support.other_user import NOBODY, OwnedServer  # noqa: E402
+from support.lessons import solved  # noqa: E402
 from support.processes import find_program  # noqa: E402
 from support.projects import demo_project  # noqa: E402
 from support.servers import PATIENCE, descendants, end, is_alive, main, wait_until  # noqa: E402
@@ -283,7 +284,26 @@ class CopiedProjects(HiddenCluster):
                 os.rename(folder, folder + ".old")
                 os.symlink("/tmp", folder)
                 await browser.socket.send(json.dumps({"reset controller": name}))
-                self.assertIn("can't be put back on the node", await browser.hear("loading: Error:"))
+                self.assertIn("can't be brought to where the simulation runs", await browser.hear("loading: Error:"))
+
+    async def test_a_program_that_a_visitor_saves_runs_on_the_node_after_a_reset(self):
+        file = "move/move.py"
+        with server(**self.settings(), allowEdit=True) as simulation:
+            async with Browser(simulation) as browser:
+                address = await ready(browser, url="local:/demo_projects/lessons/blob/main/worlds/lesson_1_move.wbt", mode="w3d", edit=True)
+                self.assertEqual(json.loads((await browser.hear("files: "))[len("files: "):])[0]["path"], file)
+                async with websockets.connect(address + "/", max_size=None) as view:
+                    await view.send("w3d;broadcast")
+                    await view.send("fast:-1")
+                    for program, printed in (("print('mine')\n", "stdout:mine"), (solved("lesson_1_move"), "stdout:You did it: ")):
+                        await browser.socket.send(json.dumps({"write": {"path": file, "text": program}}))
+                        self.assertEqual(json.loads((await browser.hear("file: "))[len("file: "):]), {"path": file, "saved": True})
+                        with open(self.copy(f"controllers/{file}")) as copy:
+                            self.assertEqual(copy.read(), program)
+                        await view.send("reset")
+                        while not str(await asyncio.wait_for(view.recv(), PATIENCE)).startswith(printed):
+                            pass
+            simulation.wait_until_clean()
 
     async def test_who_leaves_while_the_project_is_copied_leaves_nothing(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -15,8 +15,13 @@ def local_config(kind):
 
 def demo_project(under=""):
     """The files of the demo project by path, as they lie in a repository below the folder `under`."""
+    return files_of("robots", under)
+
+
+def files_of(project, under=""):
+    """The same of another one of the demo projects."""
     files = {}
-    root = os.path.join(EXAMPLES, "robots")
+    root = os.path.join(EXAMPLES, project)
     for folder, _, names in os.walk(root):
         for file in names:
             path = os.path.join(folder, file)

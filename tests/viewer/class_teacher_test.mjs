@@ -262,6 +262,31 @@ test('a tile says why its student waits, and why a simulation has ended', async 
   await clean(page, 'why');
 });
 
+test('a tile says which program its student runs, and how that goes', async (t) => {
+  const file = 'drive/drive.py';
+  const runs = (id, name, program) => student(id, name, { state: 'running', program });
+  const page = await openClass(t, { students: [runs(1, 'Ada', { file, changed: false }), student(2, 'Bob', { state: 'running' })] });
+  const program = (id, text) => page.waitForFunction(([number, wanted]) => document.querySelector(`[data-student="${number}"] .program`)?.textContent === wanted, [id, text]);
+  await program(1, 'drive.py, as handed out');
+  await program(2, '');
+  await tell({ student: runs(1, 'Ada', { file, changed: true, line: 12 }) });
+  await tell({ student: runs(2, 'Bob', { file: 'drive/<b>.py', changed: true }) });
+  await program(1, 'drive.py, changed · error in line 12');
+  await program(2, '<b>.py, changed');
+  await clean(page, 'programs');
+  await tell({ student: runs(1, 'Ada', { file, changed: true, line: 12, goal: 23400 }) });
+  await program(1, 'drive.py, changed · goal reached in 23.4 s');
+  await clean(page, 'goal');
+  const words = {
+    de: 'drive.py, geändert · Ziel erreicht in 23,4 s', es: 'drive.py, modificado · meta alcanzada en 23,4 s', fr: 'drive.py, modifié · but atteint en 23,4 s',
+    it: 'drive.py, modificato · traguardo raggiunto in 23,4 s', ja: 'drive.py（変更あり） · 23.4 秒でゴール', zh: 'drive.py，已更改 · 用 23.4 秒到达目标',
+  };
+  for (const [language, text] of Object.entries(words)) {
+    await page.selectOption('#language', language);
+    await program(1, text);
+  }
+});
+
 test('those whose simulation has ended are started again, one or all', async (t) => {
   const page = await openClass(t, { students: [student(1, 'Ada', { state: 'running' }), student(2, 'Bob', { state: 'running' })] });
   const all = page.locator('#for-all [data-do="start"]');
@@ -422,6 +447,8 @@ test('a program is read beside its simulation, and given to all', async (t) => {
   await tell({ program: { id: 2, file: 'b/b.py', text: 'of somebody else' } });
   await tell({ program: { id: 1, file: 'a/a.py', text: '<b>print(1)</b>\n' } });
   await says(page, '#look-text', '<b>print(1)</b>');
+  await tell({ student: { ...ada, program: { file: 'a/a.py', changed: true, line: 3 } } });
+  await says(page, '#look-state', 'a.py, changed · error in line 3');
   await says(page, '#look-file', 'a/a.py');
   await clean(page, 'program');
   await page.click('#look-program [data-do="give"]');

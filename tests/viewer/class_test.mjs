@@ -217,6 +217,33 @@ test('the teacher reads the program, and gives another one, which is in the edit
   await waitForSaid('program', (each) => each.text === 'print(2)\n');
 });
 
+test('the teacher is told which program runs, whether it was changed, where it fails, and that it has reached the goal', async (t) => {
+  const file = 'drive/drive.py';
+  await cloud.set('programs', { [file]: 'print(1)\n' });
+  const page = await runSimulation(t);
+  const told = (wanted) => waitForSaid('state', ({ program }) => JSON.stringify(program) === JSON.stringify(wanted));
+  await told({ file, changed: false });
+  await page.getByRole('button', { name: 'Program' }).click();
+  const text = page.getByRole('textbox', { name: 'Text of the program' });
+  await text.waitFor();
+  await until(async () => await text.inputValue() === 'print(1)\n', 'the program');
+  await text.fill('print(2)\n');
+  await page.getByRole('button', { name: 'Run' }).click();
+  await told({ file, changed: true });
+  await cloud.call('send', 'simulator', 'stderr:  File "drive.py", line 12, in <module>');
+  await told({ file, changed: true, line: 12 });
+  await text.fill('print(3)\n');
+  await page.getByRole('button', { name: 'Run' }).click();
+  await until(async () => JSON.stringify((await said('state')).at(-1).program) === JSON.stringify({ file, changed: true }), 'no mistake');
+  await cloud.call('send', 'simulator', 'stdout:You did it: 23.4 s');
+  await told({ file, changed: true, goal: 23400 });
+  // What the teacher hands out takes the place of the project's.
+  await tell({ do: 'take', file, text: 'print("start here")\n' });
+  await until(async () => await text.inputValue() === 'print("start here")\n', 'the program');
+  await page.getByRole('button', { name: 'Run' }).click();
+  await until(async () => (await said('state')).at(-1).program.changed === false, 'as handed out');
+});
+
 test('pictures are sent while they are wanted, as small as they are wanted', async (t) => {
   const page = await runSimulation(t);
   assert.deepEqual(await said('picture'), []);

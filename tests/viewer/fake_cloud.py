@@ -53,6 +53,7 @@ class FakeCloud:
         self.started = []  # "start" messages as received.
         self.programs = {}  # Of the project, by path below controllers/: pages with an editor may change them.
         self.saved = {}  # What they have made of them.
+        self.lesson = None  # Of the world, as its file has it.
         self.save_error = None  # A sentence, which every save is answered with.
         self.controls = []  # Texts from the page to the simulator.
         self.fetching = None  # Messages of the simulation server after a start that only fetches; None: it has the project at once.
@@ -296,6 +297,8 @@ class FakeCloud:
         promise = ["heartbeat: 1"] if self.heartbeats else []
         files = [{"path": path, "changed": path in self.saved} for path in self.programs]
         programs = ["files: " + json.dumps(files)] if files else []
+        if self.lesson is not None:
+            programs.append("lesson: " + json.dumps(self.lesson))
         return [*promise, "shutdownTimeout: 7200", f"webots:{self.address('simulator')}", *programs]
 
     async def _talk_simulator(self, socket):

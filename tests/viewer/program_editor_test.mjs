@@ -46,8 +46,8 @@ if (existsSync(`${PACKAGES}/@codemirror`)) {
   test('CodeMirror', { skip: 'npm has not installed it' }, () => {});
 }
 
-async function openEditor(t, editor, options) {
-  await cloud.set('programs', { 'drive/drive.py': PROGRAM, 'drive/map.py': 'MAP = 1\n' });
+async function openEditor(t, editor, options, programs = { 'drive/drive.py': PROGRAM, 'drive/map.py': 'MAP = 1\n' }) {
+  await cloud.set('programs', programs);
   const page = await runSimulation(t, options, editor.prepare);
   await page.click('#show-code');
   await has(page, editor, PROGRAM);
@@ -192,6 +192,103 @@ each('programs are downloaded, several as an archive', async (t, editor) => {
   const { strFromU8, unzipSync } = createRequire(`${PACKAGES}/`)('fflate');
   const files = Object.entries(unzipSync(bytes)).map(([path, content]) => [path, strFromU8(content)]);
   assert.deepEqual(files, [['drive/drive.py', 'print("mine")\n'], ['drive/map.py', 'MAP = 1\n']]);
+});
+
+each('when the project has changed meanwhile, what is different is shown, and the project\u2019s is taken with one press', async (t, editor) => {
+  const page = await openEditor(t, editor);
+  await page.fill(editor.element, PROGRAM.replace('pass', 'print("mine")'));
+  await page.waitForFunction(() => (localStorage.getItem('webots-cloud.programs') ?? '').includes('mine'));
+  await page.click('#quit');
+  await state(page, 'idle');
+  await cloud.set('programs', { 'drive/drive.py': `# New.\n${PROGRAM}`, 'drive/map.py': 'MAP = 1\n' });
+  await page.click('#start');
+  await state(page, 'running');
+  await page.click('#show-code');
+  await has(page, editor, PROGRAM.replace('pass', 'print("mine")'));
+  assert.match(await said(page), /^This is what you wrote last time. The project\u2019s own program has changed since/);
+  assert.equal(await page.locator('#programs .changes pre').textContent(),
+    '- # New.\n  from controller import Robot\n  robot = Robot()\n  while robot.step(32) != -1:\n-     pass\n+     print("mine")\n  \n');
+  assert.deepEqual(await accessibilityFindings(page), []);
+  page.on('dialog', (dialog) => dialog.accept());
+  await page.click('#programs button:text("Undo everything")');
+  await has(page, editor, `# New.\n${PROGRAM}`);
+  assert.equal(await page.locator('#programs .changes').isHidden(), true);
+});
+
+each('of a program that has to be compiled it is said that nobody does that', async (t, editor) => {
+  const page = await openEditor(t, editor, {}, { 'drive/drive.py': PROGRAM, 'drive/fast.cpp': 'int fast;\n' });
+  assert.equal(await said(page), '');
+  await page.selectOption('#programs select', 'drive/fast.cpp');
+  await has(page, editor, 'int fast;\n');
+  assert.match(await said(page), /^This server does not compile: what you change in fast.cpp has no effect here/);
+  await page.fill(editor.element, 'int slow;\n');
+  await page.click('#programs .primary');
+  await until(async () => await saved('drive/fast.cpp') === 'int slow;\n', 'the program');
+  assert.match(await said(page), /^This server does not compile/);
+  await page.selectOption('#programs select', 'drive/drive.py');
+  await has(page, editor, PROGRAM);
+  assert.equal(await said(page), '');
+});
+
+each('long names of programs do not make a telephone scroll sideways', async (t, editor) => {
+  const long = `drive/${'a_program_with_a_very_long_name_'.repeat(4)}.py`;
+  const page = await openEditor(t, editor, PHONE, { 'drive/drive.py': PROGRAM, [long]: '' });
+  await page.selectOption('#programs select', long);
+  const { right, scrolls, overflow } = await page.locator('#programs select').evaluate((select) => ({ right: select.getBoundingClientRect().right,
+    scrolls: document.documentElement.scrollWidth, overflow: getComputedStyle(select).textOverflow }));
+  assert.ok(right <= PHONE.viewport.width, String(right));
+  assert.equal(scrolls, PHONE.viewport.width);
+  assert.equal(overflow, 'ellipsis');
+});
+
+// --- lessons
+
+const LESSON = { title: { en: 'Lesson 1: Move', de: 'Lektion 1: Fahren' }, about: {}, steps: [{ en: 'Press <b>Run</b>.', de: 'Los.' }, { '': 'MOVE' }] };
+const steps = (page) => page.locator('#programs .lesson li').allTextContents();
+
+test('a lesson opens the editor, and says in the language of the page what to do, and that the goal is reached', async (t) => {
+  await cloud.set('lesson', LESSON);
+  await cloud.set('programs', { 'drive/drive.py': PROGRAM });
+  const page = await runSimulation(t);
+  await page.waitForSelector('#programs .lesson summary');
+  assert.equal(await page.locator('#programs .lesson summary').textContent(), 'Lesson 1: Move');
+  assert.deepEqual(await steps(page), ['Press <b>Run</b>.', 'MOVE']);
+  assert.equal(await page.evaluate(() => document.activeElement.closest('#programs')), null, 'no keyboard of a telephone opens by itself');
+  assert.deepEqual(await accessibilityFindings(page), []);
+  await cloud.call('send', 'simulator', 'stdout:You did it: 23.4 s');
+  const reached = page.locator('#programs .reached');
+  await until(async () => await reached.textContent() === 'You did it: 23.4 s', 'the goal');
+  assert.deepEqual(await accessibilityFindings(page), []);
+  await cloud.call('send', 'simulator', 'application/json:{"time":3000}');
+  await cloud.call('send', 'simulator', 'application/json:{"time":0}');
+  await until(async () => await reached.textContent() === '', 'a new beginning');
+});
+
+test('so it does on a telephone, in German', async (t) => {
+  await cloud.set('lesson', LESSON);
+  await cloud.set('programs', { 'drive/drive.py': PROGRAM });
+  const page = await runSimulation(t, { ...PHONE, locale: 'de-DE' });
+  await page.waitForSelector('#programs .lesson summary');
+  assert.equal(await page.locator('#programs .lesson summary').textContent(), 'Lektion 1: Fahren');
+  assert.deepEqual(await steps(page), ['Los.', 'MOVE']);
+  await cloud.call('send', 'simulator', 'stdout:You did it: 23.4 s');
+  await until(async () => await page.locator('#programs .reached').textContent() === 'Geschafft: 23,4 s', 'the goal');
+  assert.deepEqual(await accessibilityFindings(page), []);
+});
+
+test('what a project calls a lesson is text, whatever it holds, and in another language than the page\u2019s where there is none', async (t) => {
+  await cloud.set('lesson', { title: 7, steps: [{ sv: '<img src=x onerror=alert(1)>' }, null, 'x', { en: 1, de: 'Los.' }] });
+  await cloud.set('programs', { 'drive/drive.py': PROGRAM });
+  const page = await runSimulation(t, { locale: 'ja-JP' });
+  await page.waitForSelector('#programs .lesson summary');
+  assert.equal(await page.locator('#programs .lesson summary').textContent(), 'レッスン');
+  assert.deepEqual(await steps(page), ['<img src=x onerror=alert(1)>', '', '', 'Los.']);
+});
+
+test('a lesson whose programs nobody may change opens nothing', async (t) => {
+  await cloud.set('lesson', LESSON);
+  const page = await runSimulation(t);
+  assert.equal(await page.locator('#programs').isHidden(), true);
 });
 
 test('CodeMirror searches in the language of the page', { skip: EDITORS.length < 2 }, async (t) => {

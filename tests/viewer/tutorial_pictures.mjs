@@ -69,7 +69,6 @@ test('a program that does what its lesson asks for', async (t) => {
   await page.goto(SITE);
   await page.locator('.world[href*="lesson_1"]').click();
   await page.waitForSelector('#picture[data-live]');
-  await page.click('#show-code');
   await page.waitForSelector('#programs .cm-line');
   for (const wheel of ['left', 'right']) {
     await page.locator('#programs .cm-line', { hasText: `${wheel}.setVelocity(0)` }).click();

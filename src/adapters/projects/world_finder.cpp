@@ -4,6 +4,7 @@
 #include "adapters/threads/blocking_pool.hpp"
 #include "project_world.hpp"
 
+#include "core/projects/lesson.hpp"
 #include "core/projects/world_info.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
@@ -24,6 +25,22 @@ using core::concat;
 constexpr std::size_t most_worlds = 200;
 constexpr std::size_t most_entries = 20'000; // of folders: a second or so on a slow disk
 constexpr int deepest = 3;                   // folders between a repository and `worlds`
+
+/// At most so many bytes of a file; none where there is no such file.
+std::string first_bytes(fs::path const& file, std::size_t limit)
+{
+    std::ifstream stream(file, std::ios::binary);
+    std::string beginning(limit, '\0');
+    stream.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+    beginning.resize(static_cast<std::size_t>(stream.gcount()));
+    return beginning;
+}
+
+bool is_regular(fs::path const& file)
+{
+    std::error_code failed;
+    return fs::symlink_status(file, failed).type() == fs::file_type::regular;
+}
 
 /// One search.
 class WorldSearch
@@ -90,19 +107,14 @@ private:
         if (!core::is_published(adapters::read_webots_yml(worlds.parent_path())))
             return;
         for (auto const& file : entries_of(worlds)) {
-            std::error_code failed;
-            bool const is_file = fs::symlink_status(file, failed).type() == fs::file_type::regular;
-            if (found_.size() < most_worlds && is_file && file.extension() == ".wbt")
+            if (found_.size() < most_worlds && file.extension() == ".wbt" && is_regular(file))
                 add(repository, file);
         }
     }
 
     void add(fs::path const& repository, fs::path const& file)
     {
-        std::ifstream stream(file, std::ios::binary);
-        std::string beginning(core::world_info_bytes, '\0');
-        stream.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
-        beginning.resize(static_cast<std::size_t>(stream.gcount()));
+        auto const beginning = first_bytes(file, core::world_info_bytes);
         if (beginning.empty())
             return;
         auto info = core::world_info(beginning);
@@ -114,6 +126,18 @@ private:
             found.world.url += concat("/", core::percent_encode(part.string()));
         found.world.title = std::move(info.title);
         found.world.text = std::move(info.text);
+        add_lesson(found.world, core::lesson_file(file.string()));
+    }
+
+    static void add_lesson(ListedWorld& world, fs::path const& file)
+    {
+        if (!is_regular(file))
+            return;
+        auto lesson = core::parse_lesson(first_bytes(file, core::largest_lesson + 1));
+        if (!lesson)
+            return; // whoever starts it is told why
+        world.titles = std::move(lesson->title);
+        world.texts = std::move(lesson->about);
     }
 
     std::string forge_;

@@ -29,6 +29,7 @@ struct ClassBook::Student
     std::string simulator; ///< As `simulator_entry` has it; empty: none.
     std::string why;       ///< As its page says.
     std::optional<std::int64_t> ahead;
+    std::optional<StudentProgram> program;
     StudentSign sign = StudentSign::none;
     StudentMachine machine;         ///< That the class gave.
     bool has_seat = false;          ///< One that was held.
@@ -52,6 +53,7 @@ struct ClassBook::Student
         if (connection != 0) {
             row.why = why;
             row.ahead = ahead;
+            row.program = program ? &*program : nullptr;
         }
         return row;
     }
@@ -425,6 +427,7 @@ void ClassBook::obey(ClassConnection from, ReportState const& message, TimePoint
     student->time = message.time;
     student->why = message.why;
     student->ahead = message.ahead;
+    student->program = message.program;
     bool const is_short = message.simulator.size() <= class_limits::simulator;
     student->simulator = is_short ? simulator_entry(message.simulator, student->machine) : std::string();
     if (message.state == StudentState::ended)

@@ -15,6 +15,7 @@ inline constexpr std::size_t students_per_seat = 2; ///< Some leave and come bac
 inline constexpr std::size_t windows = 8;           ///< Of the teacher of one class.
 inline constexpr std::size_t name = 40;             ///< Characters of a student's name.
 inline constexpr std::size_t text = 200;            ///< Characters of a message, or of a reason to wait.
+inline constexpr std::int64_t line = 100'000;       ///< Of a program.
 inline constexpr std::int64_t ahead = 100'000;      ///< That a page may count before it in the line.
 inline constexpr std::size_t world = 2048;          ///< Bytes of the address of a world.
 inline constexpr std::size_t simulator = 300;       ///< Bytes of the address of a simulator.

@@ -107,6 +107,24 @@ std::optional<std::int64_t> read_milliseconds(json::value const* value)
     return time && *time >= 0 && *time <= max ? time : std::nullopt;
 }
 
+/// What isn't as it should be is left out.
+std::optional<StudentProgram> read_student_program(json::value const* value)
+{
+    auto const* program = value ? value->if_object() : nullptr;
+    auto const* file = program ? string_in(*program, "file") : nullptr;
+    if (!file || !is_editable_name(*file))
+        return std::nullopt;
+    StudentProgram read;
+    read.file = *file;
+    auto const* changed = program->if_contains("changed");
+    read.is_changed = changed && changed->is_bool() && changed->get_bool();
+    if (auto const line = read_integer(program->if_contains("line")))
+        read.wrong_line = *line > 0 && *line <= class_limits::line ? *line : 0;
+    if (auto const* goal = program->if_contains("goal"))
+        read.goal = read_milliseconds(goal);
+    return read;
+}
+
 bool is_world(std::string_view world, std::string_view mode)
 {
     return is_world_address(world) && (mode == "mjpeg" || mode == "w3d" || mode == "x3d");
@@ -170,6 +188,7 @@ ClassMessage read_state(json::object const& report)
     message.ahead = read_integer(report.if_contains("ahead"));
     if (message.ahead && (*message.ahead < 0 || *message.ahead > class_limits::ahead))
         message.ahead.reset();
+    message.program = read_student_program(report.if_contains("program"));
     return message;
 }
 
@@ -264,6 +283,16 @@ ClassMessage read_value(std::string_view key, json::value const& value)
     return BadClassMessage();
 }
 
+json::value value_of(StudentProgram const& program)
+{
+    json::object object{{"file", program.file}, {"changed", program.is_changed}};
+    if (program.wrong_line > 0)
+        object["line"] = program.wrong_line;
+    if (program.goal)
+        object["goal"] = *program.goal;
+    return object;
+}
+
 json::value value_of(StudentRow const& student)
 {
     json::object object;
@@ -279,6 +308,8 @@ json::value value_of(StudentRow const& student)
         object["why"] = student.why;
     if (student.ahead)
         object["ahead"] = *student.ahead;
+    if (student.program)
+        object["program"] = value_of(*student.program);
     return object;
 }
 

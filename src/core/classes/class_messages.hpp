@@ -134,6 +134,17 @@ struct ReturnAsStudent
     std::string token;
 };
 
+/// The program that a student's simulation runs, as its page says.
+struct StudentProgram
+{
+    StudentProgram() = default;
+
+    std::string file;                 ///< Below the folder of the controllers.
+    bool is_changed = false;          ///< It is not as the project, or the teacher, has handed it out.
+    std::int64_t wrong_line = 0;      ///< That Python or a compiler complains of; 0: of none.
+    std::optional<std::int64_t> goal; ///< Reached, after so many milliseconds of simulated time.
+};
+
 struct ReportState
 {
     StudentState state = StudentState::joined;
@@ -141,6 +152,7 @@ struct ReportState
     std::string simulator; ///< As the page says; empty: there is none.
     std::string why;       ///< What it waits for, or why it has ended: a word of the pages, or a line.
     std::optional<std::int64_t> ahead; ///< So many are before it in the line.
+    std::optional<StudentProgram> program;
 };
 
 struct ShowSign
@@ -206,6 +218,7 @@ struct StudentRow
     StudentSign sign = StudentSign::none;
     std::string_view why;
     std::optional<std::int64_t> ahead;
+    StudentProgram const* program = nullptr; ///< Null: nothing is known of one.
 };
 
 /// Where other machines find this one.

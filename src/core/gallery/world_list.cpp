@@ -1,5 +1,6 @@
 #include "world_list.hpp"
 
+#include "core/projects/lesson.hpp"
 #include "core/projects/world_info.hpp"
 #include "core/text.hpp"
 
@@ -11,6 +12,8 @@
 #include <boost/json/serialize.hpp>
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
 
 namespace webots_cloud::core {
 namespace {
@@ -23,6 +26,7 @@ constexpr std::size_t longest_text = 200;
 constexpr std::size_t longest_error = 500;
 constexpr std::size_t most_values = 16;
 constexpr std::size_t key_size = 16;
+constexpr std::size_t most_translated = std::size_t{128} << 10; // bytes of all worlds' texts in languages
 
 std::string_view text_of(json::object const& object, std::string_view key)
 {
@@ -44,9 +48,9 @@ void complete(ListedWorld& world, std::span<ListedWorld const> found)
 {
     auto const known = std::ranges::find(found, world.url, &ListedWorld::url);
     if (known != found.end() && world.title.empty())
-        world.title = known->title;
+        std::tie(world.title, world.titles) = std::tie(known->title, known->titles);
     if (known != found.end() && world.text.empty())
-        world.text = known->text;
+        std::tie(world.text, world.texts) = std::tie(known->text, known->texts);
     if (world.title.empty())
         world.title = title_of_address(world.url);
 }
@@ -125,6 +129,7 @@ namespace {
 json::array listed(std::span<ListedWorld const> worlds)
 {
     json::array list;
+    std::size_t translated = 0;
     for (auto const& world : worlds) {
         auto& entry = list.emplace_back(json::object{{"url", world.url}}).get_object();
         for (auto const& [key, text] : {std::pair<std::string_view, std::string const&>("title", world.title),
@@ -132,6 +137,14 @@ json::array listed(std::span<ListedWorld const> worlds)
                                         {"group", world.group}})
             if (!text.empty())
                 entry[key] = text;
+        for (auto const& [key, texts] :
+             {std::pair<std::string_view, TextInLanguages const&>("titles", world.titles),
+              {"texts", world.texts}}) {
+            for (auto const& [language, text] : texts)
+                translated += language.size() + text.size();
+            if (!texts.empty() && translated <= most_translated)
+                entry[key] = by_language(texts);
+        }
     }
     return list;
 }
@@ -233,6 +246,8 @@ std::optional<std::vector<ListedWorld>> parse_world_list(std::string_view text)
         auto& world = worlds.emplace_back(std::string(text_of(*described, "url")));
         world.title = one_line(text_of(*described, "title"), longest_title);
         world.text = one_line(text_of(*described, "text"), longest_text);
+        world.titles = texts_in(described->if_contains("titles"), longest_title).value_or(TextInLanguages());
+        world.texts = texts_in(described->if_contains("texts"), longest_text).value_or(TextInLanguages());
     }
     return worlds;
 }

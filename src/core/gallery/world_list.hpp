@@ -17,7 +17,7 @@ namespace webots_cloud::core {
 /// Of a machine, and of the gallery.
 inline constexpr std::size_t max_listed_worlds = 200;
 /// Bytes of the answer of a machine: all worlds with their texts.
-inline constexpr std::size_t max_world_list = std::size_t{512} << 10;
+inline constexpr std::size_t max_world_list = std::size_t{640} << 10;
 
 /// Whether an address is that of a world, not of a folder of worlds.
 bool is_world_link(std::string_view url) noexcept;
@@ -30,8 +30,9 @@ std::string title_of_address(std::string_view url);
 /// hexadecimal digits.
 std::string picture_key(std::string_view url);
 
-/// `{"worlds":[{"url":...,"title":...,"text":...}],"pictures":["<key>"]}`; what is empty is left out, but for
-/// the worlds.   `pictures`: the keys of those that a machine has.
+/// `{"worlds":[{"url":...,"title":...,"text":...,"titles":{"de":...},"texts":{"de":...}}],
+/// "pictures":["<key>"]}`; what is empty is left out, but for the worlds, and so is what is too much of texts
+/// in languages.   `pictures`: the keys of those that a machine has.
 std::string world_list_json(std::span<ListedWorld const> worlds, std::span<std::string const> pictures = {});
 
 /// `{"error":"<sentence>","code":"<code>","values":{...}}`: why there is no list, as `reason:` says it on

@@ -1,6 +1,7 @@
-// Decisions: core/simulation/editable_files.
+// Decisions: core/simulation/editable_files, core/projects/lesson.
 #include "simulation_programs.hpp"
 
+#include "core/projects/lesson.hpp"
 #include "core/refusals.hpp"
 #include "core/text.hpp"
 
@@ -19,7 +20,8 @@ constexpr std::string_view folder_name = "controllers"; // of a project
 
 } // namespace
 
-/// Takes the programs as they were fetched, before a simulator runs that could have changed them.
+/// Takes the programs and the lesson as they were fetched, before a simulator runs that could have changed
+/// them.
 asio::awaitable<void> SimulationPrograms::read()
 {
     auto* const files = context_.hooks.program_files;
@@ -33,17 +35,30 @@ asio::awaitable<void> SimulationPrograms::read()
     if (found)
         for (auto& [name, text] : *found)
             texts.emplace(std::move(name), std::move(text));
-    std::vector<std::string> world{project_->world.lexically_relative(project_->root).generic_string()};
-    auto const read = co_await files->read(project_->root, std::move(world));
+    auto const world = project_->world.lexically_relative(project_->root).generic_string();
+    auto const lesson = core::lesson_file(world);
+    std::vector<std::string> names{world, lesson};
+    auto const read = co_await files->read(project_->root, std::move(names));
     bool const is_there = read && read->front();
     files_.emplace(std::move(texts), is_there ? std::string_view(*read->front()) : std::string_view());
+    if (!read || !read->back())
+        co_return;
+    auto const parsed = core::parse_lesson(*read->back());
+    lesson_ = parsed ? core::lesson_message(*parsed) : core::lesson_left_out_message(lesson, parsed.error());
 }
 
-/// Sends the page that can show them what there is to change.
+void SimulationPrograms::forget()
+{
+    files_.reset();
+    lesson_.clear();
+}
+
 void SimulationPrograms::list(Channel& channel) const
 {
     if (files_ && !files_->empty())
         (void)channel.send(files_->list_message());
+    if (!lesson_.empty())
+        (void)channel.send(lesson_);
 }
 
 void SimulationPrograms::show(core::ReadFileMessage const& wish, Channel& channel) const

@@ -28,15 +28,16 @@ public:
         : context_(context), project_(project), simulation_(simulation)
     {}
 
-    /// Takes the programs as they were fetched, before a simulator runs that could have changed them.
+    /// Takes the programs and the lesson of the world as they were fetched, before a simulator runs that
+    /// could have changed them.
     ///
     /// Precondition: there is a project.
     boost::asio::awaitable<void> read();
 
     /// Its page can't show them.
-    void forget() { files_.reset(); }
+    void forget();
 
-    /// Sends the page what there is to change.
+    /// Sends the page that can show them what there is to change, and the lesson.
     void list(Channel& channel) const;
 
     void show(core::ReadFileMessage const& wish, Channel& channel) const;
@@ -52,6 +53,7 @@ private:
     std::optional<Project> const& project_;
     std::unique_ptr<Simulation> const& simulation_;
     std::optional<core::EditableFiles> files_; ///< Once fetched; absent: its page can't change them.
+    std::string lesson_; ///< What its page is told of the lesson, or of its faults; empty: there is none.
 };
 
 } // namespace webots_cloud

@@ -5,7 +5,7 @@ import { say } from './view/texts.js';
 import { icon } from './view/toolbar.js';
 import { View } from './view/webots_view.js';
 import { duration, element, offerFullscreen, ownServer, setText } from './page.js';
-import { wordsFor } from './wall.js';
+import { programText, wordsFor } from './wall.js';
 
 const RETRY_MS = 3000;
 const LONG_MS = 10000; // what was shown for less ended at once
@@ -85,7 +85,7 @@ export class Look {
       return;
     const { name, state, time, simulator } = this.#student;
     setText('look-name', name);
-    setText('look-state', `${wordsFor(state)} · ${duration(time ?? 0)}`);
+    setText('look-state', [wordsFor(state), duration(time ?? 0), programText(this.#student)].filter((part) => part !== '').join(' · '));
     element('look-lower').hidden = this.#student.sign !== 'hand';
     element('look').classList.toggle('gone', simulator === undefined);
   }

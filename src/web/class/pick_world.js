@@ -2,8 +2,10 @@
 
 import { worldPicture } from './view/drawing.js';
 import { fetchAgain } from './view/fetch_again.js';
+import { titleOf } from './view/world_lists.js';
 
 const LIST = new URL('../viewer/worlds/list.json', location.href); // whether this is part of a bundle or not
+const shown = new Map(); // worlds by their places
 
 // Those of the site's gallery. `place` is hidden while it lists none. Resolves when they are there.
 export async function offerWorlds(place, field) {
@@ -16,12 +18,12 @@ export async function offerWorlds(place, field) {
 
 export function showPicks(place, field, worlds) {
   place.replaceChildren(...worlds.map((world, number) => {
-    const { url, title } = world;
+    const { url } = world;
     const button = document.createElement('button');
     button.type = 'button';
     button.dataset.url = url;
     const name = document.createElement('span');
-    name.textContent = title;
+    name.textContent = titleOf(world);
     button.append(worldPicture(world, number, LIST), name);
     button.addEventListener('click', () => {
       field.value = url;
@@ -29,8 +31,15 @@ export function showPicks(place, field, worlds) {
     });
     return button;
   }));
+  shown.set(place, worlds);
   place.hidden = worlds.length === 0;
   mark(place, field);
+}
+
+// In the language of the page.
+export function sayPicks() {
+  for (const [place, worlds] of shown)
+    worlds.forEach((world, number) => { place.children[number].querySelector('span').textContent = titleOf(world); });
 }
 
 function mark(place, field) {

@@ -65,6 +65,7 @@ export class Student {
       this.#takePlace(told);
       this.#report();
     };
+    this.#view.onprogram = () => this.#report();
     this.#view.onready = () => {
       this.#startedUnseen = document.hidden;
       this.#sayTitle();
@@ -403,6 +404,8 @@ export class Student {
       state.why = this.#why;
     if (this.#place?.ahead !== undefined)
       state.ahead = this.#place.ahead;
+    if (this.#view.running !== null)
+      state.program = this.#view.running;
     const text = JSON.stringify(state);
     if (text === this.#reported.text || !this.#socket.connected)
       return;

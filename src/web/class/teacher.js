@@ -11,7 +11,7 @@ import { FetchAhead } from './fetch_ahead.js';
 import { foldOnce, invite, prepareInvitation, showLobby } from './invitation.js';
 import { Look } from './look.js';
 import { answerOf, classSocket, confirmed, defaults, element, explainCode, ownServer, setText, setTrouble, show, showEnd, written } from './page.js';
-import { offerWorlds, showPicks } from './pick_world.js';
+import { offerWorlds, sayPicks, showPicks } from './pick_world.js';
 import { Wall } from './wall.js';
 
 const WORLDS = 'webots_cloud.worlds'; // that were used on this browser
@@ -57,6 +57,7 @@ export class Teacher {
   // What scripts say, in the language of the page.
   sayAll() {
     setText('open-problem', this.#saidProblem());
+    sayPicks();
     if (this.#class === null)
       return;
     this.#sayClass();

@@ -1,6 +1,7 @@
 // The wall: a tile for each student; who needs somebody comes first. Touches the DOM.
 
 import { siteText } from './view/availability.js';
+import { secondsText } from './view/lesson.js';
 import { say, textLanguage } from './view/texts.js';
 import { icon } from './view/toolbar.js';
 import { duration, element, setText } from './page.js';
@@ -35,6 +36,18 @@ export function wordsFor(state) {
     case 'away': return say('class.stateAway');
     default: return say('class.stateEnded');
   }
+}
+
+// Which program a student runs, and how that goes; '' where nothing is known of one.
+export function programText({ program }) {
+  if (typeof program?.file !== 'string')
+    return '';
+  const { line, goal } = program;
+  const file = program.file.split('/').pop();
+  const which = program.changed === true ? say('class.programChanged', { file }) : say('class.programGiven', { file });
+  if (Number.isFinite(goal))
+    return `${which} · ${say('class.programGoal', { seconds: secondsText(goal) })}`;
+  return Number.isInteger(line) ? `${which} · ${say('class.programWrong', { line })}` : which;
 }
 
 export class Wall {
@@ -172,6 +185,8 @@ export class Wall {
     setText(part('.words'), wordsFor(student.state));
     part('.state path').setAttribute('d', SIGNS[student.state] ?? SIGNS.ended);
     setText(part('.why'), whyText(student));
+    setText(part('.program'), programText(student));
+    part('.program').dataset.goes = howItGoes(student);
     this.#saySign(tile);
     const toggle = wordsOfToggle(toggleOf(student));
     setText(part('.toggle'), toggle);
@@ -253,6 +268,12 @@ function waitText(why) {
     case 'full': case 'busy': case 'draining': case 'down': case 'none': return siteText(why);
     default: return /^[a-z-]*$/.test(why) ? '' : why; // a sentence; words of later pages say nothing here
   }
+}
+
+function howItGoes({ program }) {
+  if (Number.isFinite(program?.goal))
+    return 'well';
+  return Number.isInteger(program?.line) ? 'wrong' : '';
 }
 
 const named = (action, { name }) => `${action}: ${name}`;

@@ -27,7 +27,7 @@ const THEME = EditorView.theme({
   '.cm-scroller': { font: '.86rem/1.5 var(--mono)' },
   '.cm-content': { caretColor: 'var(--text)', outline: 'none' },
   '.cm-gutters': { background: 'var(--panel)', color: 'var(--quiet)', borderRight: '1px solid var(--line)' },
-  '.cm-activeLine, .cm-activeLineGutter': { background: 'var(--notice)' },
+  '.cm-activeLine, .cm-activeLineGutter': { background: 'color-mix(in srgb, var(--notice) 50%, transparent)' },
   '.cm-wrong': { background: 'var(--warning)', boxShadow: 'inset 3px 0 var(--bad)' },
   '.cm-panels': { background: 'var(--page)', color: 'var(--text)' },
   '.cm-panels-bottom': { borderTop: '1px solid var(--line)' },

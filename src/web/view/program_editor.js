@@ -1,6 +1,7 @@
 // An editor for the programs of a simulation, beside it: which file, its text (text_editor.js), and Run; its style is editor.css. Touches the DOM.
 
-import { complaint } from './programs.js';
+import { difference } from './difference.js';
+import { mainOf } from './programs.js';
 import { createTextEditor } from './text_editor.js';
 import { say } from './texts.js';
 
@@ -15,6 +16,9 @@ export class ProgramEditor {
   #files = make('select');
   #text; // of createTextEditor
   #status = make('p', { className: 'said' });
+  #changes = make('details', { className: 'changes', open: true, hidden: true }); // of what is here, to the project's program
+  #changesTitle = make('summary');
+  #changesText = make('pre', { tabIndex: 0 });
   #runs = make('button', { type: 'button', className: 'primary' });
   #undoes = make('button', { type: 'button' });
   #saves = make('button', { type: 'button' });
@@ -26,13 +30,14 @@ export class ProgramEditor {
   #drafts = new Map(); // as they are here
   #keeping = 0;
   #wrong = new Map(); // path -> line
+  #outdated = new Set(); // paths whose original is another one than when they were written
   #saidStatus = () => '';
 
-  // `kept`: KeptPrograms of the world. `run()` has the simulation begin anew.
-  static async create(programs, kept, run) {
+  // `kept`: KeptPrograms of the world. `run()` has the simulation begin anew. `lesson`: the element above the text.
+  static async create(programs, kept, run, lesson) {
     const editor = new ProgramEditor(programs, kept, run);
     editor.#text = await createTextEditor({ change: () => editor.#changed(), run: () => editor.run(), phrases });
-    editor.#build();
+    editor.#build(lesson);
     editor.sayAll();
     editor.#offerFiles();
     return editor;
@@ -54,15 +59,14 @@ export class ProgramEditor {
     const paths = [...new Set([...this.#programs.list.map(({ path }) => path), ...this.#drafts.keys()])];
     this.#files.replaceChildren(...paths.map((path) => make('option', { value: path, textContent: path })));
     this.#files.hidden = paths.length < 2;
-    // The server tells of the world's own controllers first.
-    const first = this.#kept.paths.find((path) => paths.includes(path)) ?? paths.find(isMainFile) ?? paths[0];
+    const first = this.#kept.paths.find((path) => paths.includes(path)) ?? mainOf(paths);
     if (!paths.includes(this.#path) && first !== undefined)
       this.open(first);
   }
 
   async open(path) {
     this.#path = path;
-    this.#files.value = path;
+    this.#files.value = this.#files.title = path;
     this.#text.readOnly = true; // until it is there: what is typed before would be lost
     try {
       if (!this.#drafts.has(path))
@@ -75,6 +79,15 @@ export class ProgramEditor {
     this.#text.show(this.#drafts.get(path), path);
     this.#text.readOnly = false;
     this.#mark();
+    this.#showChanges();
+    this.#warnOf([path]);
+  }
+
+  // Of files that have no effect until somebody compiles them.
+  #warnOf(paths) {
+    const path = paths.find(isCompiled);
+    if (path !== undefined)
+      this.#tell(() => say('code.notCompiled', { file: path.split('/').pop() }), true);
   }
 
   // What was written at an earlier start is taken up again, and said so.
@@ -87,6 +100,19 @@ export class ProgramEditor {
     if (kept === null || kept.text === text)
       return;
     this.#tell(() => (kept.original === original ? say('code.kept') : say('code.projectChanged')));
+    if (kept.original !== original)
+      this.#outdated.add(path);
+  }
+
+  // Where the project has changed since somebody wrote his own: people see what is different.
+  #showChanges() {
+    this.#changes.hidden = !this.#outdated.has(this.#path);
+    if (this.#changes.hidden)
+      return;
+    this.#changesText.replaceChildren(...difference(this.#originals.get(this.#path), this.#drafts.get(this.#path)).map((each) => {
+      const { sign, line } = each ?? { sign: '…', line: '' };
+      return make('span', { className: { '+': 'added', '-': 'removed' }[sign] ?? '', textContent: `${sign} ${line}\n` });
+    }));
   }
 
   // Saves what was changed, and has the simulation begin anew with it.
@@ -95,15 +121,18 @@ export class ProgramEditor {
     this.#wrong.clear();
     this.#mark();
     this.#runs.disabled = true;
+    const saved = [];
     try {
       for (const [path, draft] of this.#drafts) {
         if (this.#texts.get(path) === draft)
           continue;
         await this.#programs.save(path, draft);
         this.#texts.set(path, draft);
+        saved.push(path);
       }
       this.#run();
       this.#tell(() => say('code.runs'));
+      this.#warnOf(saved);
     } catch (error) {
       this.#tell(() => error.message, true);
     } finally {
@@ -124,6 +153,7 @@ export class ProgramEditor {
           await this.#programs.reset(path);
       }
       this.#drafts.clear();
+      this.#outdated.clear();
       await this.open(this.#path);
       this.#run();
       this.#tell(() => say('code.undone'));
@@ -146,11 +176,8 @@ export class ProgramEditor {
     this.#tell(() => say('code.given'));
   }
 
-  // A line of the console: what it says about a program is shown at its line.
-  read(line) {
-    const found = complaint(line, this.#programs.list.map(({ path }) => path));
-    if (found === null)
-      return;
+  // What the console complains of is shown at its line.
+  complain(found) {
     this.#wrong.set(found.path, found.line);
     this.#tell(() => say('code.wrong', { file: found.path.split('/').pop(), line: found.line }), true);
     if (found.path === this.#path)
@@ -167,15 +194,20 @@ export class ProgramEditor {
     this.#saves.textContent = say('code.download');
     this.#brings.textContent = say('code.upload');
     this.#brings.title = say('code.uploadWhat');
+    this.#changesTitle.textContent = say('code.changes');
     this.#status.textContent = this.#saidStatus();
   }
 
-  #build() {
+  #build(lesson) {
     const head = make('div', { className: 'head' });
     head.append(this.#files, this.#runs, this.#undoes, this.#brings, this.#saves, this.#picker);
     this.#status.setAttribute('role', 'status');
-    this.#element.append(head, this.#text.element, this.#status);
-    this.#files.addEventListener('change', () => this.open(this.#files.value));
+    this.#changes.append(this.#changesTitle, this.#changesText);
+    this.#element.append(lesson, head, this.#text.element, this.#status, this.#changes);
+    this.#files.addEventListener('change', () => {
+      this.#tell(() => '');
+      this.open(this.#files.value);
+    });
     this.#runs.addEventListener('click', () => this.run());
     this.#undoes.addEventListener('click', () => this.undoAll());
     this.#saves.addEventListener('click', () => this.#download());
@@ -239,6 +271,9 @@ export class ProgramEditor {
   }
 }
 
+// Servers start controllers as they are; only whoever builds a project compiles.
+const isCompiled = (path) => /\.(c|cc|cpp|cxx|h|hh|hpp|java)$|\/Makefile$/.test(path);
+
 function offer(blob, download) {
   const link = make('a', { href: URL.createObjectURL(blob), download });
   link.click();
@@ -255,6 +290,3 @@ const phrases = () => ({
   'match case': say('search.case'), 'by word': say('search.words'), regexp: say('search.expression'), replace: say('search.replace'),
   'replace all': say('search.replaceAll'), close: say('search.close'), 'Go to line': say('search.line'), go: say('search.go'),
 });
-
-// As `drive/drive.py`.
-const isMainFile = (path) => /^([^/]+)\/\1\.\w+$/.test(path);

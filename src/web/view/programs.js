@@ -4,11 +4,12 @@
 const KEY = 'webots-cloud.programs';
 const MOST_KEPT = 1_000_000; // characters of all worlds together; what was changed longest ago goes first
 
-// Fires "list" when the server has told which programs there are.
+// Fires "list" when the server has told which programs there are, and "change" when the simulation has another text of one.
 export class Programs extends EventTarget {
   #send;
   #list = [];
   #questions = []; // {path, kind, answer, refuse}, in the order in which they were asked
+  #known = new Map(); // path -> {text, original, given}, as far as they are known: `text` is the simulation's
 
   // `send` takes a text for the server.
   constructor(send) {
@@ -38,10 +39,42 @@ export class Programs extends EventTarget {
   }
 
   // The promises are rejected with the server's sentence.
-  text(path) { return this.#ask(path, 'text', { read: path }); }
-  original(path) { return this.#ask(path, 'original', { original: path }); }
-  save(path, text) { return this.#ask(path, 'saved', { write: { path, text } }); }
-  reset(path) { return this.#ask(path, 'reset', { 'reset controller': path }); }
+  async text(path) { return this.#note(path, { text: await this.#ask(path, 'text', { read: path }) }).text; }
+  async original(path) { return this.#note(path, { original: await this.#ask(path, 'original', { original: path }) }).original; }
+
+  async save(path, text) {
+    await this.#ask(path, 'saved', { write: { path, text } });
+    this.#note(path, { text });
+  }
+
+  async reset(path) {
+    await this.#ask(path, 'reset', { 'reset controller': path });
+    this.#note(path, { text: this.#known.get(path)?.original ?? await this.original(path) });
+  }
+
+  // Somebody has handed this text out, in place of the project's.
+  give(path, given) { this.#note(path, { given }); }
+
+  // Whether the simulation has another text than the one that was handed out.
+  isChanged(path) {
+    const { text, original, given } = this.#known.get(path) ?? {};
+    if (text === undefined || original === undefined)
+      return this.#list.some((each) => each.path === path && each.changed === true);
+    return text !== original && text !== given;
+  }
+
+  // The one that people mean by "the program": what was changed, or else the first controller. The server tells of those of the world first.
+  get main() {
+    const paths = this.#list.map(({ path }) => path);
+    return paths.find((path) => this.isChanged(path)) ?? mainOf(paths);
+  }
+
+  #note(path, told) {
+    const known = { ...this.#known.get(path), ...told };
+    this.#known.set(path, known);
+    this.dispatchEvent(new Event('change'));
+    return known;
+  }
 
   #ask(path, kind, message) {
     return new Promise((answer, refuse) => {
@@ -64,6 +97,9 @@ export class Programs extends EventTarget {
     this.#take((asked) => asked.path === path)?.refuse(text);
   }
 }
+
+// As `drive/drive.py`.
+export const mainOf = (paths) => paths.find((path) => /^([^/]+)\/\1\.\w+$/.test(path)) ?? paths[0];
 
 function parse(text) {
   try {

@@ -30,6 +30,14 @@ export const textLanguage = () => language;
 // Whether there is such a text: servers may be newer than the page.
 export const knows = (key) => Object.hasOwn(texts, key);
 
+// Of a project's text by language, which may be anything: the one in ours, else the one for everybody, or in English, or any.
+export function inOurLanguage(texts) {
+  if (typeof texts !== 'object' || texts === null)
+    return '';
+  const found = [language, '', 'en', ...Object.keys(texts)].find((name) => Object.hasOwn(texts, name) && typeof texts[name] === 'string');
+  return found === undefined ? '' : texts[found];
+}
+
 // A text without a translation would be read by nobody: tests look for these, here the key is shown.
 export function say(key, values = {}) {
   return (texts[key] ?? key).replace(/\{(\w+)\}/g, (_, name) => values[name] ?? '');

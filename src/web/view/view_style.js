@@ -15,6 +15,7 @@ export const STYLE = `
   width: 100%;
   height: 100%;
   min-height: 14rem;
+  container-type: inline-size;
   color: var(--text);
   font: 0.9375rem/1.4 var(--font);
 }
@@ -39,9 +40,23 @@ ${sizeOf(':host([data-free])')}
 .panels section { flex: 1 1 18rem; display: flex; flex-direction: column; min-height: 10rem; border-top: 1px solid var(--line); }
 .panels header { display: flex; align-items: center; gap: 0.35rem; padding: 0.25rem 0.5rem; }
 .panels header p { flex: 1; margin: 0; font-weight: 600; }
-.panels:has(.program-editor) { max-height: 65%; }
-.panels section:has(.program-editor) { flex: 3 1 22rem; min-height: 15rem; }
 .program-editor { flex: 1 1 0; }
+/* The editor is beside the picture, or below it, where all of it is higher than the view. */
+@container (min-width: 52rem) {
+  .view:has(.program-editor) { display: grid; grid-template: minmax(0, 1fr) / minmax(0, 1fr) minmax(22rem, 42%); grid-auto-rows: auto; }
+  .view:has(.program-editor) > * { grid-column: 1; }
+  .view:has(.program-editor) .stage { grid-row: 1; }
+  .view:has(.program-editor) .panels { grid-area: 1 / 2 / span 3; flex-flow: column; max-height: none; min-height: 0; border-left: 1px solid var(--line); }
+  .view:has(.program-editor) .panels section { flex: 0 1 11rem; min-height: 7rem; }
+  .view:has(.program-editor) .panels section:first-child { border-top: 0; }
+  .view:has(.program-editor) .panels section:has(.program-editor) { flex: 1 1 0; min-height: 12rem; }
+}
+@container (max-width: 52rem) {
+  .view:has(.program-editor) { overflow-y: auto; }
+  .view:has(.program-editor) .stage { flex: 0 0 14rem; }
+  .view:has(.program-editor) .panels { flex: none; max-height: none; overflow: visible; }
+  .view:has(.program-editor) .panels section:has(.program-editor) { flex: 1 0 100%; min-height: 28rem; }
+}
 .panels iframe { flex: 1; width: 100%; min-height: 9rem; border: 0; background: #fff; color-scheme: light; }
 .console { flex: 1; min-height: 6rem; max-height: 16rem; overflow: auto; padding: 0.25rem 0.5rem; font: 0.8125rem/1.35 var(--mono); white-space: pre-wrap; overflow-wrap: anywhere; }
 .console .stderr { color: var(--bad); }

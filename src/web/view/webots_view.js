@@ -28,6 +28,7 @@
 //   offersStart         false: no button of the view starts; otherwise there is one after close(), and where no machine was free, when one is
 //   runOnLoad           true: plays as soon as it can
 //   program()           resolves to the program in the editor, {file, text}, or to null; takeProgram(file, text) opens the editor with one
+//   running             which program the simulation runs, {file, changed, line, goal}, as far as it is known, or null (program_panel.js)
 //   snapshot(width, height)  resolves to an OffscreenCanvas with what is shown, at most so large; to null while nothing is; rejects
 //                       where the simulator does not let scripts of this page read its picture
 //
@@ -35,7 +36,7 @@
 // after close()), onticket(ticket) (the simulation, or the place in the line, outlives the page for a while, and open() can return to it;
 // null: to nothing any more), onprogress({text, percent, ahead, least, most, why, wantsRoom, returning}) (as the event of Session), onerror(text),
 // onstdout(text), onstderr(text), onquit(), onstate(state), onworldloaded(), onrobotmessage(robot, message),
-// oncontroller({controller, file, content}).
+// oncontroller({controller, file, content}), onprogram() (`running` has changed).
 //
 // For pages with an editor (Webots up to R2021b, and those that keep its messages):
 //   getController(name)                         the simulator's files arrive at oncontroller, the main one first
@@ -74,6 +75,7 @@ const DEFAULT_TIMEOUT_S = 60;
 const SETTLING_MS = 3000; // a machine that was free a moment ago may have been taken
 const ACTIVE = ['paused', 'running', 'fast'];
 const DRAWN = ['w3d', 'x3d'];
+const ROOM_FOR_LESSON = 360; // pixels of height: the picture keeps a third
 const NOT_WANTED = { Scene: null, missing: '' };
 const OLD_MODES = { x3dom: 'x3d', video: 'mjpeg' }; // of 2018 and 2019
 const SHOWN = { showPlay: true, showStep: true, showRun: true, showReset: true, showReload: false, showQuit: true, showRobotWindow: true,
@@ -102,6 +104,7 @@ export class View {
   onworldloaded = null;
   onrobotmessage = null;
   oncontroller = null;
+  onprogram = null;
   // As Webots' own class does: https://host/folder/page.html leads to https://host/folder/.
   onquit = () => location.assign(location.href.slice(0, location.href.lastIndexOf('/', location.href.length - 2) + 1));
 
@@ -284,7 +287,8 @@ export class View {
     this.#base = target.kind === 'simulator' ? socketToWeb(target.url) : '';
     this.#listen(this.#session = new Session({ ...target, opening: this.#opening(target, wanted), mode: wanted, paused: true,
       broadcast: this.broadcast === true, edit: this.#shown('showProgram') }, this.#display.size, this.#ticket));
-    this.#programs = new ProgramPanel(this.#session, target.world ?? '', { offered: (some) => this.#frame.setPrograms(some), run: () => this.#beginAnew() });
+    this.#programs = new ProgramPanel(this.#session, target.world ?? '',
+      { offered: (some) => this.#frame.setPrograms(some), run: () => this.#beginAnew(), changed: () => this.onprogram?.() });
     this.#returns = this.#ticket?.token !== undefined;
     this.#session.hidden = document.hidden;
     this.#session.start();
@@ -299,6 +303,8 @@ export class View {
     addEventListener('pageshow', ({ persisted }) => persisted && openAgain(), { signal });
   }
 
+  get running() { return this.#programs?.running ?? null; }
+
   // {file, text} of the editor or the simulation; null: there is nothing to change.
   async program() { return (await this.#programs?.current().catch(() => null)) ?? null; }
 
@@ -309,13 +315,14 @@ export class View {
       await this.#togglePrograms();
   }
 
-  async #togglePrograms() {
+  async #togglePrograms({ focus = true } = {}) {
     this.#showsPrograms = !this.#showsPrograms;
     if (!this.#showsPrograms)
       return this.#frame.showPrograms(null);
     try {
       await this.#frame.showPrograms(await this.#programs.open(), () => this.#togglePrograms());
-      this.#programs.focus();
+      if (focus)
+        this.#programs.focus();
     } catch {
       this.#showsPrograms = false;
       this.#frame.setNotice(say('code.notLoaded'));
@@ -486,6 +493,8 @@ export class View {
     if (this.#loaded)
       return; // a connection was restored
     this.#loaded = true;
+    if (this.#programs?.hasLesson && !this.#showsPrograms && this.#container.clientHeight >= ROOM_FOR_LESSON)
+      this.#togglePrograms({ focus: false });
     this.onready?.();
     this.onworldloaded?.();
     if (this.runOnLoad && !this.broadcast && !this.#returns)

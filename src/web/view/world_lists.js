@@ -1,8 +1,11 @@
-// The worlds of a repository, or of a folder in one, whose address somebody has pasted: the session server of the page has a machine look. No
-// DOM.
+// Lists of worlds: what each is called in the language of the page; and the worlds of a repository, or of a folder in one, whose address
+// somebody has pasted: the session server of the page has a machine look. No DOM.
 
 import { explain } from './refusals.js';
-import { say } from './texts.js';
+import { inOurLanguage, say } from './texts.js';
+
+export const titleOf = ({ title, titles }) => inOurLanguage(titles) || title;
+export const aboutOf = ({ text, texts }) => inOurLanguage(texts) || text;
 
 // `server`: the session server, with a slash at its end. Resolves to {worlds, trouble}: as in the gallery's list, and '' or what is wrong.
 export async function worldsOf(server, address) {

@@ -22,6 +22,7 @@ import { Toolbar } from './view/toolbar.js';
 import { WakeLock } from './view/wake_lock.js';
 import { placeText, returningText, SlowVoice, waitingTitle } from './view/waiting.js';
 import { whenBack } from './view/watch.js';
+import { titleOf } from './view/world_lists.js';
 import { Sharing } from './sharing.js';
 
 const SETTLING_MS = 3000; // the server updates its availability once a second
@@ -444,6 +445,8 @@ function listen(to) {
     if (!ready) {
       note('started');
       window.scrollTo(0, 0);
+      if (programs?.hasLesson && element('programs').hidden)
+        toggleEditor({ focus: false });
     }
     ready = true;
     setProgress(undefined);
@@ -467,8 +470,8 @@ function showMode() {
 // The world of the address, by its name and picture.
 function sayWorld() {
   const address = element('connect-to').value.trim();
-  const { title, picture } = listed.get(address) ?? {};
-  setText('world-name', title ?? worldName(address));
+  const { picture, ...world } = listed.get(address) ?? {};
+  setText('world-name', titleOf(world) ?? worldName(address));
   const url = picture === undefined ? '' : new URL(picture, GALLERY).href;
   const shown = `${address} ${url}`;
   if (element('poster').dataset.shown === shown)
@@ -498,7 +501,7 @@ function toggleConsole() {
     element('output').scrollIntoView({ block: 'nearest' });
 }
 
-async function toggleEditor() {
+async function toggleEditor({ focus = true } = {}) {
   const place = element('programs');
   place.hidden = !place.hidden;
   element('show-code').setAttribute('aria-pressed', String(!place.hidden));
@@ -511,7 +514,8 @@ async function toggleEditor() {
   }
   if (element('output').hidden)
     toggleConsole();
-  programs.focus();
+  if (focus)
+    programs.focus();
 }
 
 // Simulators start the controllers of a world again with it.
@@ -532,7 +536,7 @@ function buildToolbar() {
   toolbar.addCommands((name) => session?.simulator?.[name](), (name) => ({ id: name }));
   const world = Object.assign(document.createElement('span'), { id: 'world' });
   toolbar.addTime(world, element('deadline')).id = 'time';
-  toolbar.add('code', toggleEditor, { id: 'show-code', shown: false }).setAttribute('aria-pressed', 'false');
+  toolbar.add('code', () => toggleEditor(), { id: 'show-code', shown: false }).setAttribute('aria-pressed', 'false');
   toolbar.add('console', toggleConsole, { id: 'show-console' }).setAttribute('aria-pressed', 'false');
   toolbar.add('share', () => sharing.open(), { id: 'share' });
   toolbar.add('screenshot', screenshot, { id: 'screenshot' });

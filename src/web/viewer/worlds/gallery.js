@@ -7,7 +7,7 @@ import { worldPicture } from '../view/drawing.js';
 import { fetchAgain } from '../view/fetch_again.js';
 import { loadPageTexts, offerLanguages } from '../view/page_texts.js';
 import { say } from '../view/texts.js';
-import { worldsOf } from '../view/world_lists.js';
+import { aboutOf, titleOf, worldsOf } from '../view/world_lists.js';
 
 await loadPageTexts();
 
@@ -17,6 +17,7 @@ const page = document.body;
 const folder = new URLSearchParams(location.search).get('of') ?? '';
 let shown = '';
 let sayFolder = () => '';
+let listed = [];
 const element = (id) => document.getElementById(id);
 const copyOf = (id) => element(id).content.cloneNode(true).firstElementChild;
 const startOf = (url) => `../?${new URLSearchParams({ url, start: '' })}`;
@@ -29,13 +30,13 @@ function sayLight() {
 }
 
 function card(world, number) {
-  const { url, title, text } = world;
+  const text = aboutOf(world);
   const item = copyOf('card');
   const link = item.querySelector('a');
-  link.href = startOf(url);
+  link.href = startOf(world.url);
   link.setAttribute('aria-describedby', `about-${number}`);
   item.querySelector('.picture').prepend(worldPicture(world, number, location));
-  item.querySelector('.name').textContent = title;
+  item.querySelector('.name').textContent = titleOf(world);
   const about = item.querySelector('.about');
   about.id = `about-${number}`;
   about.textContent = text ?? '';
@@ -45,6 +46,7 @@ function card(world, number) {
 
 // Worlds of one group stand together, in the order of the list; those of none are the first ones.
 function show(worlds) {
+  listed = worlds;
   const href = document.activeElement?.href; // of the card that has the focus, which it keeps
   const groups = new Map([['', []]]);
   worlds.forEach((world, number) => {
@@ -106,6 +108,8 @@ new Availability((value, state) => {
 offerLanguages(element('language'), () => {
   sayLight();
   tell(sayFolder);
+  if (listed.length > 0)
+    show(listed);
 });
 element('other').addEventListener('submit', (event) => {
   event.preventDefault();

@@ -82,6 +82,23 @@ BOOST_FIXTURE_TEST_CASE(worlds_are_found_with_their_addresses_and_what_they_say,
     BOOST_TEST(found[2].forge == "local:");
 }
 
+BOOST_FIXTURE_TEST_CASE(a_lesson_has_titles_in_languages, WorldFolder)
+{
+    auto const text = R"({"title":{"en":"Move","de":"Fahren"},"about":{"de":"Zum Ziel."}})";
+    for (auto const* name : {"good", "linked", "wrong"})
+        write(fs::path("o/r/worlds") / (std::string(name) + ".wbt"));
+    write("o/r/worlds/good.lesson.json", text);
+    write("o/r/worlds/wrong.lesson.json", "{");
+    write("elsewhere.json", text);
+    fs::create_symlink(folder / "elsewhere.json", folder / "o/r/worlds/linked.lesson.json");
+    auto const found = find();
+    BOOST_TEST_REQUIRE(found.size() == 3u);
+    BOOST_TEST((found[0].world.titles == TextInLanguages{{"de", "Fahren"}, {"en", "Move"}}));
+    BOOST_TEST((found[0].world.texts == TextInLanguages{{"de", "Zum Ziel."}}));
+    BOOST_TEST(found[1].world.titles.empty());
+    BOOST_TEST(found[2].world.titles.empty());
+}
+
 BOOST_FIXTURE_TEST_CASE(what_is_found_can_be_fetched, WorldFolder)
 {
     write("o/r/projects/two arms/worlds/ä.wbt");

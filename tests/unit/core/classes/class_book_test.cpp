@@ -268,6 +268,19 @@ BOOST_AUTO_TEST_CASE(the_teacher_is_told_why_a_student_waits)
     BOOST_TEST(fixture.last_told(teacher) == R"({"student":{"id":1,"name":"Ada","state":"away","time":0}})");
 }
 
+BOOST_AUTO_TEST_CASE(the_teacher_is_told_which_program_a_student_runs)
+{
+    Fixture fixture;
+    auto const teacher = fixture.open_class();
+    auto const ada = fixture.join("Ada");
+    (void)fixture.say(ada,
+                      R"({"state":{"state":"running","program":{"file":"a/a.py","changed":true,"line":3}}})");
+    BOOST_TEST(fixture.last_told(teacher) == R"({"student":{"id":1,"name":"Ada","state":"running","time":0,)"
+                                             R"("program":{"file":"a/a.py","changed":true,"line":3}}})");
+    fixture.leave(ada); // nobody knows any more
+    BOOST_TEST(fixture.last_told(teacher) == R"({"student":{"id":1,"name":"Ada","state":"away","time":0}})");
+}
+
 BOOST_AUTO_TEST_CASE(whom_the_teacher_tells_to_start_again_gets_a_seat_of_the_class)
 {
     Fixture fixture;

@@ -110,6 +110,26 @@ BOOST_AUTO_TEST_CASE(a_student_says_why_it_waits_in_a_word_or_a_line)
     BOOST_TEST(read<ReportState>(of(201)).why == "");
 }
 
+BOOST_AUTO_TEST_CASE(a_student_says_which_program_runs)
+{
+    auto const program = [](std::string_view text) {
+        return read<ReportState>(concat(R"({"state":{"state":"running","program":)", text, "}}")).program;
+    };
+    auto const wrong = program(R"({"file":"drive/drive.py","changed":true,"line":12})").value();
+    BOOST_TEST(wrong.file == "drive/drive.py");
+    BOOST_TEST(wrong.is_changed);
+    BOOST_TEST(wrong.wrong_line == 12);
+    BOOST_TEST(!wrong.goal);
+    auto const done = program(R"({"file":"drive/drive.py","changed":1,"line":-1,"goal":23400.5})").value();
+    BOOST_TEST(!done.is_changed);
+    BOOST_TEST(done.wrong_line == 0);
+    BOOST_TEST((done.goal == 23400));
+    BOOST_TEST(!program(R"({"file":"drive/drive.py","goal":"now"})").value().goal);
+    for (auto const* text :
+         {R"("drive/drive.py")", R"({"file":"../drive.py"})", R"({"file":7})", "{}", "null"})
+        BOOST_TEST(!program(text), text);
+}
+
 BOOST_AUTO_TEST_CASE(a_student_shows_one_of_the_signs)
 {
     BOOST_TEST((read<ShowSign>(R"({"sign":"hand"})").sign == StudentSign::hand));
@@ -202,6 +222,18 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
     BOOST_TEST(student_message(student) ==
                R"({"student":{"id":1,"name":"\"</script>","state":"joined","time":0,)"
                R"("sign":"hand","why":"busy","ahead":0}})");
+    student = StudentRow{};
+    StudentProgram program;
+    program.file = "a/\".py";
+    student.program = &program;
+    BOOST_TEST(student_message(student) == R"({"student":{"id":0,"name":"","state":"joined","time":0,)"
+                                           R"("program":{"file":"a/\".py","changed":false}}})");
+    program.is_changed = true;
+    program.wrong_line = 3;
+    program.goal = 23'400;
+    BOOST_TEST(student_message(student) ==
+               R"({"student":{"id":0,"name":"","state":"joined","time":0,)"
+               R"("program":{"file":"a/\".py","changed":true,"line":3,"goal":23400}}})");
     student = StudentRow{};
     student.id = 1;
     student.name = "\"</script>";

@@ -65,6 +65,44 @@ BOOST_AUTO_TEST_CASE(of_a_list_its_order_and_its_words_count_and_machines_comple
     BOOST_TEST(core::gallery_worlds(std::vector<ListedWorld>(), found[1].url, found).empty());
 }
 
+BOOST_AUTO_TEST_CASE(titles_in_languages_are_those_of_the_machine_unless_the_operator_has_one)
+{
+    auto lesson = world("local:/demo/lessons/blob/main/worlds/move.wbt", "Move", "Go.");
+    lesson.titles = {{"", "Move"}, {"de", "Fahren"}, {"fr", "Avancer"}};
+    lesson.texts = {{"de", "Los."}};
+    auto const machine = core::parse_world_list(core::world_list_json(std::vector{lesson})).value();
+    BOOST_TEST_REQUIRE(machine.size() == 1u);
+    BOOST_TEST((machine[0] == lesson));
+    auto const shown = core::gallery_worlds(std::vector{world(lesson.url)}, "", machine);
+    BOOST_TEST((shown[0].titles == lesson.titles));
+    BOOST_TEST(core::gallery_json(shown, {}) ==
+               concat(R"({"worlds":[{"url":")", lesson.url,
+                      R"(","title":"Move","text":"Go.","titles":{"":"Move","de":"Fahren","fr":"Avancer"},)"
+                      R"("texts":{"de":"Los."}}]})"));
+    auto const own = core::gallery_worlds(std::vector{world(lesson.url, "Lesson 1")}, "", machine);
+    BOOST_TEST(own[0].titles.empty());
+    BOOST_TEST((own[0].texts == lesson.texts));
+    BOOST_TEST(
+        core::parse_world_list(R"({"worlds":[{"url":"local:/a/b.wbt","titles":{"<":"x"},"texts":[]}]})")
+            .value()[0]
+            .titles.empty());
+}
+
+BOOST_AUTO_TEST_CASE(texts_in_languages_do_not_make_the_list_too_long)
+{
+    std::vector<ListedWorld> worlds;
+    for (std::size_t i = 0; i < core::max_listed_worlds; ++i) {
+        auto& each =
+            worlds.emplace_back(world(concat("local:/o/r/blob/main/worlds/", std::to_string(i), ".wbt")));
+        for (char c = 'a'; c < 'u'; ++c)
+            each.texts[concat("a", std::string(1, c))] = std::string(200, '"');
+    }
+    auto const list = core::world_list_json(worlds);
+    BOOST_TEST(list.size() < core::max_world_list);
+    BOOST_TEST(!core::parse_world_list(list).value()[0].texts.empty());
+    BOOST_TEST(core::parse_world_list(list).value().size() == core::max_listed_worlds);
+}
+
 BOOST_AUTO_TEST_CASE(a_folder_stands_for_the_worlds_that_machines_found_in_it)
 {
     auto folder = world("local:/demo/robots/");

@@ -1038,6 +1038,22 @@ BOOST_AUTO_TEST_CASE(a_page_with_an_editor_changes_the_programs_of_its_simulatio
     fixture.leave(again);
 }
 
+BOOST_AUTO_TEST_CASE(a_page_with_an_editor_is_told_the_lesson_of_its_world)
+{
+    for (auto const& [file, told] :
+         {std::pair(R"({"title":"Move"})", R"(lesson: {"title":{"":"Move"},"about":{},"steps":[]})"),
+          std::pair("{", "stderr:worlds/a.lesson.json is left out: It is no JSON object.")}) {
+        ProgramsFixture programs;
+        programs.files.texts["/instances/1/project/worlds/a.lesson.json"] = file;
+        auto& browser = programs.fixture.start(start_with_editor);
+        BOOST_TEST(browser.was_told(told));
+        programs.fixture.lose(browser);
+        auto& again = programs.fixture.reconnect("token1");
+        BOOST_TEST(again.was_told(told));
+        programs.fixture.leave(again);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(a_program_that_cannot_be_written_is_refused_and_the_simulation_goes_on)
 {
     ProgramsFixture programs;
@@ -1061,9 +1077,11 @@ BOOST_AUTO_TEST_CASE(programs_are_changed_only_where_the_operator_allows_it_and_
 {
     for (bool const allowed : {false, true}) {
         ProgramsFixture programs(allowed);
+        programs.files.texts["/instances/1/project/worlds/a.lesson.json"] = "{}";
         auto& fixture = programs.fixture;
         auto& browser = allowed ? fixture.start() : fixture.start(start_with_editor);
         BOOST_TEST(!browser.was_told("files:"));
+        BOOST_TEST(!browser.was_told("lesson:"));
         browser.browser_says(R"({"write":{"path":"walk/walk.py","text":"x"}})");
         fixture.world.settle();
         BOOST_TEST(browser.sent.back().find(R"("code":"not-editable")") != std::string::npos);
