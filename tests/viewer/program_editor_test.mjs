@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 import { accessibilityFindings, until } from './page.mjs';
 import { PHONE, cloud, openViewer, runSimulation, state } from './viewer_page.mjs';
 
-const PROGRAM = 'from controller import Robot\nrobot = Robot()\nwhile robot.step(32) != -1:\n    pass\n';
+const PROGRAM = 'from controller import Robot; name = "e-puck"\nrobot = Robot()\nwhile robot.step(32) != -1:\n    pass\n';
 const PACKAGES = fileURLToPath(new URL('../../build/node/src/web/view/node_modules', import.meta.url)); // installed by ./test.sh
 const saved = async (path) => (await cloud.get('saved'))[path];
 const said = (page) => page.locator('#programs .said').textContent();
@@ -207,7 +207,7 @@ each('when the project has changed meanwhile, what is different is shown, and th
   await has(page, editor, PROGRAM.replace('pass', 'print("mine")'));
   assert.match(await said(page), /^This is what you wrote last time. The project\u2019s own program has changed since/);
   assert.equal(await page.locator('#programs .changes pre').textContent(),
-    '- # New.\n  from controller import Robot\n  robot = Robot()\n  while robot.step(32) != -1:\n-     pass\n+     print("mine")\n  \n');
+    '- # New.\n  from controller import Robot; name = "e-puck"\n  robot = Robot()\n  while robot.step(32) != -1:\n-     pass\n+     print("mine")\n  \n');
   assert.deepEqual(await accessibilityFindings(page), []);
   page.on('dialog', (dialog) => dialog.accept());
   await page.click('#programs button:text("Undo everything")');
