@@ -151,21 +151,23 @@ struct SessionConfig
 /// A forge of the configuration: where world URLs may point.
 struct ForgeConfig
 {
-    /// What has its projects. Those who treat them differently have a `switch` over all of them, so that the
-    /// compiler names each place that another kind concerns.
+    /// How its projects are got: which ProjectSource does it.
     enum class Source
     {
         git_server,
-        folder, ///< Of this computer: `directory`.
+        folder
     };
 
     ForgeConfig() = default;
     explicit ForgeConfig(std::string_view url) : url(url) {}
 
-    Source source() const noexcept { return directory.empty() ? Source::git_server : Source::folder; }
+    Source source() const noexcept { return is_server() ? Source::git_server : Source::folder; }
 
-    std::string url; ///< Base URL, without a slash at the end.
-    std::filesystem::path directory;
+    /// Whether its projects are on another computer, at `url`. Otherwise they are in `directory`.
+    bool is_server() const noexcept { return directory.empty(); }
+
+    std::string url;                     ///< Base URL, without a slash at the end.
+    std::filesystem::path directory;     ///< Of this computer; empty: see `is_server`.
     ForgeKind kind = ForgeKind::unknown; ///< `kind`: whose pages links to its worlds are copied from.
 
     bool operator==(ForgeConfig const&) const = default;
