@@ -36,7 +36,7 @@ std::string measurements(Arena const& arena, std::size_t robot);
 class LockStep
 {
 public:
-    /// Starts anew with so many robots; none has a program.
+    /// Starts anew with this number of robots; none has a program.
     void reset(std::size_t robots) { programs_.assign(robots, Program{}); }
 
     /// The robot's program starts: it is waited for.

@@ -64,7 +64,7 @@ public:
     /// Steps between two state frames, so that there are at most WorldInfo.FPS of them a second.
     int steps_per_tick() const;
 
-    /// Milliseconds that so many steps simulate.
+    /// Milliseconds that this number of steps simulates.
     int tick_time() const;
 
     /// Does up to `count` steps, fewer when the deadline comes first, and tells the clients. While a program

@@ -122,9 +122,9 @@ struct SessionConfig
     SessionConfig() = default;
 
     PublicAddress address; ///< `server`, `port` (required), `ssl` and `portRewrite`.
-    /// `simulationServers`: required but with `announcements`; `"host:port"`, `"host/port"` or `"host/path"`,
-    /// or objects with `address`, `weight`, `drain`, `labels`, `internal` and `ports`. Addresses may be
-    /// `dns:<name>:<port>`, `srv:<service>` and `announced`, see MachineDiscovery.
+    /// `simulationServers`: required, except with `announcements`; `"host:port"`, `"host/port"` or
+    /// `"host/path"`, or objects with `address`, `weight`, `drain`, `labels`, `internal` and `ports`.
+    /// Addresses may be `dns:<name>:<port>`, `srv:<service>` and `announced`, see MachineDiscovery.
     std::vector<ServerSpec> simulation_servers;
     /// `announcements`: simulation servers that know `sessionSecret` may announce themselves.
     bool announcements = false;
@@ -151,21 +151,23 @@ struct SessionConfig
 /// A forge of the configuration: where world URLs may point.
 struct ForgeConfig
 {
-    /// What has its projects. Those who treat them differently have a `switch` over all of them, so that the
-    /// compiler names each place that another kind concerns.
+    /// How its projects are got: which ProjectSource does it.
     enum class Source
     {
         git_server,
-        folder, ///< Of this computer: `directory`.
+        folder
     };
 
     ForgeConfig() = default;
     explicit ForgeConfig(std::string_view url) : url(url) {}
 
-    Source source() const noexcept { return directory.empty() ? Source::git_server : Source::folder; }
+    Source source() const noexcept { return is_server() ? Source::git_server : Source::folder; }
 
-    std::string url; ///< Base URL, without a slash at the end.
-    std::filesystem::path directory;
+    /// Whether its projects are on another computer, at `url`. Otherwise they are in `directory`.
+    bool is_server() const noexcept { return directory.empty(); }
+
+    std::string url;                     ///< Base URL, without a slash at the end.
+    std::filesystem::path directory;     ///< Of this computer; empty: see `is_server`.
     ForgeKind kind = ForgeKind::unknown; ///< `kind`: whose pages links to its worlds are copied from.
 
     bool operator==(ForgeConfig const&) const = default;
@@ -176,8 +178,8 @@ struct SimulationLauncherConfig
 {
     SimulationLauncherConfig() = default;
 
-    /// `maxConnections`: how many simulations may run at once, each with a port of its own; from files not
-    /// more than there are ports after `port`.
+    /// `maxConnections`: how many simulations may run at once, each with a port of its own; in a file
+    /// at most as many as there are ports after `port`.
     int max_simulations = 100;
     /// `timeout`, in seconds: how long a simulation may run; the browser is told. In files less than 360
     /// counts as 7200.
@@ -317,8 +319,8 @@ struct SimulationServiceConfig
         return reconnect_grace.value_or(returns ? std::chrono::seconds(30) : Duration::zero());
     }
 
-    /// Of so many simulations at once; 0: no limit. By default three quarters: a class behind one address has
-    /// room, and leaves some to others.
+    /// How many of a server's `max_simulations` one client may have; 0: no limit. By default three quarters:
+    /// a class behind one address has room, and leaves some to others.
     int limit_of_an_address(int max_simulations) const
     {
         return simulations_per_address.value_or((3 * max_simulations + 3) / 4);

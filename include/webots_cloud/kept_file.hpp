@@ -23,8 +23,8 @@ public:
     /// Errors: `not_found`: there is no such file; `unavailable`: it is too large, or can't be read.
     virtual result<std::string> read() const = 0;
 
-    /// Replaces it as a whole, on a thread of its own: who reads it, be it after a crash, finds the old bytes
-    /// or the new ones. Only its owner may read it. Its folder is made.
+    /// Replaces it as a whole, on a thread of its own: readers find the old bytes or the new ones, even
+    /// after a crash. Only its owner may read it. Its folder is made.
     ///
     /// Cancellation: none.
     /// Errors: `unavailable`; then the old bytes stay.

@@ -25,7 +25,7 @@ struct WorldKey
     bool operator==(WorldKey const&) const = default;
 };
 
-/// `address`: as in `start`. Not secret: who has an address can tell whether a key is that of it.
+/// `address`: as in `start`. Not secret: anybody with an address can tell whether a key is its.
 WorldKey world_key(std::string_view address, std::string_view mode) noexcept;
 
 /// What a project is known by where somebody has it in a cache: of the address of one of its worlds, up to

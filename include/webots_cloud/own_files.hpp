@@ -16,7 +16,8 @@ struct OwnFiles
     std::vector<std::filesystem::path> read;
     std::vector<std::filesystem::path> write; ///< Read, too.
     std::vector<std::filesystem::path> tidy;  ///< Empty folders may be removed from these, and nothing else.
-    /// Files are moved from one folder to another. Linux before 5.19 can confine only who does not.
+    /// Files are moved from one folder to another. Linux before 5.19 can confine only programs that
+    /// move none.
     bool moves_files = false;
     bool signals = false; ///< Processes of others are signalled.
 };

@@ -56,9 +56,9 @@ struct OwnServer
 /// Thread-safety: any thread.
 result<HttpResponse> ask_own_server(OwnServer const& server, std::string const& target, Duration limit);
 
-/// Whether the kernel has watches of epoll left for the user of this program, of which all programs of a user
-/// share so many. Without any, whatever waits by Asio waits for ever, since Asio does not look whether it
-/// could watch what wakes it: to be asked before.
+/// Whether the kernel has watches of epoll left for the user of this program, which all
+/// programs of a user share. To be asked before anything waits by Asio: without watches that waits for ever,
+/// since Asio does not check that it could watch what wakes it.
 ///
 /// Errors: `unavailable`, with what to do.
 /// Thread-safety: any thread.

@@ -311,8 +311,8 @@ struct Decision
 ///   is next, and a heavy world is believed immediately.
 /// - starting, as the machine counts them, and expected, what our reservations will still become.
 ///   Our own machines count everybody who ever came: their counters confirm a reservation without doubt,
-///   also of a browser that has left or whose start has failed, and who is not counted within three
-///   eighths of `placement_timeout` does not come. Counters that fall are those of a machine that came
+///   even for a browser that has left or whose start has failed; one that is not counted within three
+///   eighths of `placement_timeout` is not coming. Counters that fall are those of a machine that came
 ///   up anew. Without them a reservation is confirmed when a report counts more sessions or more starts
 ///   than the one before, and ends when it was not after `placement_timeout`; until then it counts with
 ///   the probability that a browser comes at all that has not been seen until now: the actuary's estimate
@@ -376,8 +376,8 @@ public:
     Scheduler(Scheduler&&) noexcept;
     Scheduler& operator=(Scheduler&&) noexcept;
 
-    /// What is known of the costs of worlds, as text: some 200 kB at most, of those seen last. For who wants
-    /// to know it again after a restart.
+    /// What is known of the costs of worlds, as text: some 200 kB at most, of those seen last. For those
+    /// who want it back after a restart.
     std::string save_costs(TimePoint now) const;
     /// Replaces what is known of the costs of worlds by what was saved, as old as it was then.
     ///

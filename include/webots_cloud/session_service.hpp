@@ -52,7 +52,7 @@ struct SessionServiceHooks
     /// The ticket with which a browser comes to a server (its address, as in its ServerSpec): `/session`
     /// answers `wss://host/2000/ticket/<ticket>`. Empty: there are no tickets.
     std::function<std::string(std::string_view server)> make_ticket;
-    /// So many bytes that nobody can guess, for the codes and keys of classes. Empty: there are no classes.
+    /// Makes that many bytes that nobody can guess, for the codes and keys of classes. Empty: no classes.
     std::function<std::string(std::size_t size)> random_bytes;
     /// Where the other machines of our networks find this one, for teachers whose page is open as localhost,
     /// which nobody else can open. Empty: they are told of none.
@@ -74,8 +74,8 @@ struct SessionServiceHooks
 /// Tells browsers whether a simulation could be started, and sends each to a machine, or relays what they
 /// say.
 ///
-/// It has to be served by an adapter. The charts of its monitor page have a point for each poll, in the
-/// monitor's interval of when the service was made: more would draw the same load twice. Its machines are
+/// An adapter has to serve it. The charts of its monitor page have a point for each poll, at the interval
+/// that the monitor had when the service was made: more would draw the same load twice. Its machines are
 /// those of the fleet, which the monitor and the scheduler follow from then on, too. While `run()` is
 /// awaited, reports are passed from the monitor to the scheduler, and changes of availability to the
 /// browsers.

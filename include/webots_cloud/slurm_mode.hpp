@@ -76,7 +76,7 @@ public:
     /// The job with this name has ended, or was never there: what Slurm still has of it is ended.
     void forget(std::string const& name) noexcept;
 
-    /// What somebody is told who waits for the job with this name: a sentence, or nothing.
+    /// What to tell somebody who waits for the job with this name: a sentence, or nothing.
     std::string news_of(std::string_view name) const;
 
     /// What Slurm's programs need of our environment besides what every program needs.

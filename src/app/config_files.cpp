@@ -206,16 +206,10 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
 {
     std::error_code ignored;
     for (auto const& forge : configured.config.forges)
-        switch (forge.source()) {
-        case ForgeConfig::Source::git_server:
-            break;
-        case ForgeConfig::Source::folder:
-            if (!fs::is_directory(forge.directory, ignored))
-                configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
-                                                     fs::absolute(forge.directory, ignored).string(),
-                                                     ": no world of ", forge.url, " can be fetched"));
-            break;
-        }
+        if (!forge.is_server() && !fs::is_directory(forge.directory, ignored))
+            configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
+                                                 fs::absolute(forge.directory, ignored).string(),
+                                                 ": no world of ", forge.url, " can be fetched"));
     auto const& templates = configured.config.projects_dir;
     if (!configured.config.docker && !templates.empty() && !fs::is_directory(templates, ignored))
         configured.warnings.push_back(concat(place_of(origin, "projectsDir"), ": there is no folder ",

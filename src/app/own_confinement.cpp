@@ -114,13 +114,8 @@ result<> confine_simulation_server(SimulationConfig config, core::SimulationFile
     add_targets(files.read, context.config_file, config.network, config.access);
     add_targets(files.read, config.ca_file);
     for (auto const& forge : config.forges)
-        switch (forge.source()) {
-        case ForgeConfig::Source::git_server:
-            break;
-        case ForgeConfig::Source::folder:
+        if (!forge.is_server())
             add_links(files.read, forge.directory, 2); // <owner>/<repository>
-            break;
-        }
     if (!config.docker) {
         add_links(files.read, config.key_dir, 1);
         add_links(files.read, context.templates, 1);

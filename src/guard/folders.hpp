@@ -32,7 +32,7 @@ bool take_back(char const* folder);
 int measure(char const* folder, char const* enough);
 
 /// Copies the file of that name (with folders, as in `a/b`), and its mode, from one folder to another, below
-/// which a simulation works meanwhile. It becomes that of who owns the folder that it is put into.
+/// which a simulation works meanwhile. It then belongs to the owner of the folder that it is put into.
 /// Returns: the exit status; a reason is printed.
 int put(char const* from, char const* to, char const* name);
 

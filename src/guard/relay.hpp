@@ -20,7 +20,7 @@ bool start_listening(int acceptor);
 /// be written yet is not read, so a slow peer costs one buffer. Does not return.
 ///
 /// `report` gets a byte, and is closed, as soon as connections are accepted; -1: nobody wants to know.
-/// Nobody may trace us from now on: who had our sockets would have the network of the machine.
+/// Nobody may trace us from now on: with our sockets a program would have the network of the machine.
 [[noreturn]] void relay(int acceptor, int port, int report);
 
 /// As `relay`, on a socket of `bind_broker`; but whoever connects gets a socket that is connected to the

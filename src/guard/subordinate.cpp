@@ -114,7 +114,7 @@ bool write_map(pid_t process, char const* map, unsigned own, unsigned first)
 }
 
 /// systemd runs root's commands of a unit that has mounts of its own in mounts of their own, too. What we
-/// mount is for who has started us.   False: `errno` says why not.
+/// mount is for the program that has started us.   False: `errno` says why not.
 bool join_mounts_of_parent()
 {
     char path[64];

@@ -10,7 +10,7 @@ namespace webots_cloud::web {
 struct Asset
 {
     std::string_view content;
-    /// The same compressed, for who takes gzip; empty where that is not worth it.
+    /// The same, compressed, for clients that take gzip; empty where that is not worth it.
     std::string_view gzip;
     std::string_view content_type;
     /// Of texts: SHA-256 of a newline and the content, in hexadecimal. It allows the script, embedded in a

@@ -21,6 +21,7 @@ from support.firejail import require_firejail  # noqa: E402
 from support.frames import Frames  # noqa: E402
 from support.other_user import NOBODY, OwnedServer, as_nobody_with_numbers, require_subordinate_users, works  # noqa: E402
 from support.projects import demo_project  # noqa: E402
+from support.refusals import error_line  # noqa: E402
 from support.servers import PATIENCE, is_sanitized, main, wait_until  # noqa: E402
 
 NEIGHBOUR = "local:/projects/neighbour/blob/main/worlds/arena.wbt"
@@ -248,17 +249,14 @@ class Limits:
     def test_the_browser_is_told_of_the_memory(self):
         for attack in self.memory_attacks:
             with self.subTest(attack):
-                self.assertEqual(self.told[attack], f"loading: Error: The simulation used more than {MEMORY} MB of memory, which is the "
-                                 'limit of a simulation on this server. Its operator can raise "simulationMemory".')
+                self.assertEqual(self.told[attack], error_line("memory_overrun", max=MEMORY, key='"simulationMemory"'))
 
     def test_the_browser_is_told_of_the_processes(self):
-        self.assertEqual(self.told["processes"], f"loading: Error: The simulation started more than {PROCESSES} processes and threads at "
-                         'once, which is the limit of a simulation on this server. Its operator can raise "simulationProcesses".')
+        self.assertEqual(self.told["processes"], error_line("process_overrun", max=PROCESSES))
 
     def test_the_browser_is_told_of_the_disk(self):
         for attack in ("disk", "one_file"):
-            self.assertEqual(self.told[attack], f"loading: Error: The simulation filled its folder with more than {DISK} MB, or with very "
-                             'many files, which is the limit of a simulation on this server. Its operator can raise "simulationDisk".')
+            self.assertEqual(self.told[attack], error_line("disk_overrun", max=DISK))
 
     def test_no_process_has_more_files_than_it_may(self):
         opened, _, why = self.told["files"].partition(" ")

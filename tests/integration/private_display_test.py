@@ -15,6 +15,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser  # noqa: E402
 from support.firejail import require_firejail  # noqa: E402
 from support.other_user import NOBODY, WITHOUT_NAMESPACES, OwnedServer, may_make_namespaces, works  # noqa: E402
+from support.refusals import error_line  # noqa: E402
 from support.servers import is_alive, is_sanitized, main, program, wait_until  # noqa: E402
 from support.x_display import X_DISPLAY  # noqa: E402
 
@@ -365,8 +366,7 @@ class Simulations(unittest.IsolatedAsyncioTestCase):
             display, = self.displays(server)
             await self.look(server, other, 2)
             os.kill(display, signal.SIGKILL)
-            self.assertEqual(await browser.hear("loading: Error:"), "loading: Error: The virtual display of the simulation has ended "
-                             "unexpectedly. Please start the simulation again.")
+            self.assertEqual(await browser.hear("loading: Error:"), error_line("display_ended"))
             await asyncio.wait_for(browser.hear_all(), 30)
             self.assertEqual(len(self.displays(server)), 1)  # the neighbour's
 
@@ -403,7 +403,7 @@ class SimulationsInFirejail(Simulations):
         server.start()
         async with Browser(server) as browser:
             await browser.start(LOOKER)
-            self.assertEqual(await browser.hear("loading: Error:"), "loading: Error: Webots has quit.")
+            self.assertEqual(await browser.hear("loading: Error:"), error_line("quit"))
         server.wait_until_clean()
 
 

@@ -18,6 +18,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser, server  # noqa: E402
 from support.raw_websocket import answer_to, close_code, frame  # noqa: E402
+from support.refusals import sentence  # noqa: E402
 from support.registry import Registry  # noqa: E402
 from support.servers import is_alive, main, port_is_free, program, wait_until  # noqa: E402
 
@@ -190,16 +191,16 @@ class Faults(unittest.IsolatedAsyncioTestCase):
         await self.ends_with("crash-before-ready", "Unable to start Webots: it was ended by signal 11")
 
     async def test_exit_after_ready(self):
-        await self.ends_with("exit-after-ready=200", "Webots has quit.")
+        await self.ends_with("exit-after-ready=200", sentence("quit"))
 
     async def test_crash_after_ready(self):
-        await self.ends_with("crash-after-ready=200", "Webots has quit unexpectedly: it was ended by signal 11.")
+        await self.ends_with("crash-after-ready=200", sentence("crashed", how="it was ended by signal 11"))
 
     async def test_never_ready(self):
-        await self.ends_with("never-ready", "Webots did not load the world within 1 s.", startTimeout=1)
+        await self.ends_with("never-ready", sentence("not_loaded", seconds=1), startTimeout=1)
 
     async def test_a_port_that_nobody_was_given_is_not_announced(self):
-        await self.ends_with("wrong-port", "Webots loaded the world but opened no port within 1 s.", startTimeout=1)
+        await self.ends_with("wrong-port", sentence("no_port", seconds=1), startTimeout=1)
 
     async def test_hanging_and_ignoring_sigterm(self):
         await self.leaves_nothing("ignore-sigterm")
@@ -214,7 +215,7 @@ class Faults(unittest.IsolatedAsyncioTestCase):
                 await self.leaves_nothing(fault)
 
     async def test_what_a_dead_simulator_leaves_behind_is_killed(self):
-        await self.ends_with("daemon-grandchild,exit-after-ready=200", "Webots has quit.")
+        await self.ends_with("daemon-grandchild,exit-after-ready=200", sentence("quit"))
 
 
 class Programs(unittest.IsolatedAsyncioTestCase):

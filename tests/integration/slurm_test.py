@@ -23,6 +23,7 @@ from support.other_user import NOBODY, OwnedServer  # noqa: E402
 from support.lessons import solved  # noqa: E402
 from support.processes import find_program  # noqa: E402
 from support.projects import demo_project  # noqa: E402
+from support.refusals import error_line  # noqa: E402
 from support.servers import PATIENCE, descendants, end, is_alive, main, wait_until  # noqa: E402
 from support.slurm import NODES, Cluster  # noqa: E402
 
@@ -98,7 +99,7 @@ class Jobs(OneCluster):
                 [simulator] = self.simulators()
                 os.kill(simulator, signal.SIGABRT)  # which sanitizers leave alone
                 await browser.hear_all()
-                self.assertEqual(browser.told[-1], "loading: Error: Webots has quit unexpectedly: it was ended by signal 6.")
+                self.assertEqual(browser.told[-1], error_line("crashed", how="it was ended by signal 6"))
             simulation.wait_until_clean()
 
     async def test_who_finds_the_cluster_full_hears_a_position_and_then_starts(self):
@@ -360,16 +361,13 @@ class CopiedProjects(HiddenCluster):
             simulation.wait_until_clean()
 
     async def test_a_job_that_takes_more_than_it_may_is_a_sentence(self):
-        limits = {"disk": 'with more than 10 MB, or with very many files, which is the limit of a simulation on this server. Its operator '
-                          'can raise "simulationDisk".',
-                  "memory": 'more than 200 MB of memory, which is the limit of a simulation on this server. Its operator can raise "memory" '
-                            'of "launcher".'}
+        limits = {"disk": error_line("disk_overrun", max=10), "memory": error_line("memory_overrun", max=200, key='"memory" of "launcher"')}
         with LimitedServer(**self.settings("limited", memory=200)) as simulation:
-            for name, sentence in limits.items():
+            for name, told in limits.items():
                 async with Browser(simulation) as browser:
                     await browser.start(f"local:/projects/{name}/blob/main/worlds/hostile.wbt")
                     await browser.hear_all()
-                    self.assertTrue(browser.told[-1].endswith(sentence), browser.told)
+                    self.assertEqual(browser.told[-1], told)
             simulation.wait_until_clean()
 
 

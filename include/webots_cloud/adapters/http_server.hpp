@@ -42,8 +42,8 @@ struct HttpServerParams
     /// More are answered 503 (or just closed, with TLS). Three quarters of all connections that the limit of
     /// open files allows, if that is less.
     std::size_t connections_per_address = 1000;
-    /// Of all bodies of requests together that are in memory, in bytes, and a quarter of it for each client;
-    /// who sends more is answered 503.
+    /// How many bytes the bodies of all requests may have in memory together; each client a quarter of that.
+    /// What is beyond is answered 503.
     std::size_t body_bytes = std::size_t{64} << 20;
     /// Addresses and networks, as in `10.0.0.0/8`, of proxies. The limit is not theirs, and what they say of
     /// their clients in X-Forwarded-For (or Forwarded) is believed. Default: this computer.

@@ -49,7 +49,7 @@ result<std::string> ask_operator_socket(std::filesystem::path const& path, std::
                                         std::string_view target);
 
 /// What tells the operator's token from other words. `file` has one line: the token, or `sha256:` and the 64
-/// hexadecimal digits of its SHA-256, so that who reads the file does not know the token.
+/// hexadecimal digits of its SHA-256, so that the file does not give the token away.
 ///
 /// Errors: `invalid_config`: the file can't be read, others may read it too, or a token is shorter than 16
 /// characters.

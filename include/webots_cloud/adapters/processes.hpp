@@ -45,8 +45,8 @@ std::vector<std::filesystem::path> control_group_mounts(ControlGroups const& gro
 /// that ends the whole tree when asked to, when the process ends, and when we die, however we die.
 ///
 /// The processes can't change the existing folders `read_only`, where the kernel allows a mount namespace:
-/// see `probe_guard`. `groups` keep them within their limits; null: that is up to who looks at
-/// `Process::usage`. `graphics`: what that knows of graphics processors; null: nothing.
+/// see `probe_guard`. `groups` keep them within their limits; null: whoever looks at
+/// `Process::usage` does. `graphics`: what that knows of graphics processors; null: nothing.
 std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor,
                                                std::filesystem::path guard,
                                                std::vector<std::filesystem::path> read_only = {},

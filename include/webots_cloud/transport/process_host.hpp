@@ -44,7 +44,8 @@ struct ProcessNetwork
     std::filesystem::path rules; ///< A file of lines for `ip -batch`, carried out in there; for `internet`.
 };
 
-/// Another user than ours, who runs a program. Only root can start one so, or who has a user namespace.
+/// Another user than ours, who runs a program. Only root can start one, or the owner of a user
+/// namespace.
 struct ProcessUser
 {
     ProcessUser() = default;

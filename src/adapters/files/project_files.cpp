@@ -57,7 +57,7 @@ void keep_folders_apart(std::filesystem::path const& folder)
     if (!opened || ::ioctl(opened->get(), FS_IOC_GETFLAGS, &flags) != 0 || (flags & FS_TOPDIR_FL) != 0)
         return;
     flags |= FS_TOPDIR_FL;
-    ::ioctl(opened->get(), FS_IOC_SETFLAGS, &flags); // a hint: who can't take it works too
+    ::ioctl(opened->get(), FS_IOC_SETFLAGS, &flags); // a hint: file systems that can't take it work, too
 }
 
 result<> write_all(int file, std::string_view bytes)

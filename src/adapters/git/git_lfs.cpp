@@ -1,6 +1,7 @@
 // Replaces the pointers of a checkout by the large files that they stand for. A stranger's LFS server says
 // where these are: every address is checked (`check_lfs_address`) before anything is asked there, and what
-// arrives is paid for in the budget of all fetches and compared with the digest in the pointer.
+// arrives is paid for in the budget of all fetches and compared with the digest in the pointer. What people
+// are told of failures is decided by core/git/git_lfs_problem.
 #include "git_lfs.hpp"
 
 #include "adapters/files/folder_walk.hpp"
@@ -13,6 +14,7 @@
 #include "core/git/git_lfs_address.hpp"
 #include "core/git/git_lfs_batch.hpp"
 #include "core/git/git_lfs_pointer.hpp"
+#include "core/git/git_lfs_problem.hpp"
 #include "core/refusals.hpp"
 #include "core/text.hpp"
 
@@ -39,7 +41,6 @@ using Kind = core::GitTreeEntry::Kind;
 
 constexpr std::size_t downloads_at_once = 4;
 constexpr std::size_t max_hosts = 16; // that are looked up for one project
-constexpr char send_again[] = "Its author can send it there (git lfs push --all origin)";
 constexpr char media_type[] = "application/vnd.git-lfs+json";
 
 // Of memory, in bytes, about.
@@ -60,14 +61,14 @@ std::string name_of(core::LfsPointer const& pointer)
     return concat(pointer.object, "-", std::to_string(pointer.size));
 }
 
+std::string shown(GitIndexEntry const& entry)
+{
+    return concat("\"", core::printable(entry.path, 120), "\"");
+}
+
 mode_t mode_of(Kind kind)
 {
     return kind == Kind::executable ? 0755 : 0644;
-}
-
-std::string_view without_full_stop(std::string_view words) noexcept
-{
-    return words.substr(0, words.find_last_not_of('.') + 1);
 }
 
 } // namespace
@@ -76,7 +77,8 @@ class LfsFetch
 {
 public:
     LfsFetch(CurlHttp& http, LfsOrder order, GitIndex& index, int files, int scratch)
-        : http_(http), order_(std::move(order)), index_(index), files_(files), scratch_(scratch)
+        : http_(http), order_(std::move(order)), problems_{order_.repository, order_.forge}, index_(index),
+          files_(files), scratch_(scratch)
     {}
 
     result<> find_pointers();
@@ -95,17 +97,11 @@ private:
     result<> place(LargeFile const& file);
     void report(std::uint64_t more);
 
-    std::string path_of(LargeFile const& file) const
-    {
-        return concat("\"", core::printable(index_.entries[file.entries.front()].path, 120), "\"");
-    }
-    Failure failed(boost::system::error_code code, std::string_view why, std::string_view advice) const;
-    Failure explain(Failure const& failure) const;
-    Failure about_batch(int status) const;
-    Failure about_object(LargeFile const& file, int status, std::string_view words) const;
+    std::string path_of(LargeFile const& file) const { return shown(index_.entries[file.entries.front()]); }
 
     CurlHttp& http_;
     LfsOrder order_;
+    core::LfsProblems problems_;
     GitIndex& index_;
     int files_;
     int scratch_;
@@ -124,78 +120,6 @@ private:
     /// Hosts behind a proxy, and whether they may be asked. Guarded by the mutex before.
     std::unordered_map<std::string, result<>> hosts_;
 };
-
-// ---- words -------------------------------------------------------------------------------------------
-
-Failure LfsFetch::failed(boost::system::error_code code, std::string_view why, std::string_view advice) const
-{
-    return core::refused(code, core::Refused::large_files,
-                         {{"repository", order_.repository}, {"why", why}, {"advice", advice}});
-}
-
-/// What libcurl, a parser or a rule says, as a sentence.
-Failure LfsFetch::explain(Failure const& failure) const
-{
-    auto const words = failure.message();
-    if (failure.code() == boost::asio::error::operation_aborted)
-        return failure;
-    if (failure == errc::unreachable || failure == errc::timed_out)
-        return failed(failure.code(), without_full_stop(words), "Try again later.");
-    if (failure == errc::refused)
-        return failed(failure.code(), concat("the LFS server ", words),
-                      "Only hosts of the Internet, and the forge itself, are asked for files.");
-    return failed(failure.code(), without_full_stop(words), "Its LFS server may be out of order.");
-}
-
-/// A status of the answer to the question for objects.
-Failure LfsFetch::about_batch(int status) const
-{
-    auto const says = concat("the LFS server answers with status ", std::to_string(status));
-    switch (status) {
-    case 401:
-    case 403:
-        return failed(
-            errc::refused, says,
-            "The repository must be public, also its LFS objects, and its owner's quota not used up.");
-    case 404:
-    case 405:
-    case 410:
-    case 501:
-        return failed(
-            errc::not_found, concat(order_.forge, " has no LFS server for it"),
-            "Commit them as ordinary files, or keep the repository where there is one; what .lfsconfig "
-            "names is not asked.");
-    case 429:
-        return failed(errc::unreachable, says, "It is asked too often: try again later.");
-    case 507:
-    case 509:
-        return failed(errc::refused, says, "Its owner's LFS quota is used up.");
-    default:
-        return failed(status >= 500 ? errc::unreachable : errc::protocol_error, says,
-                      status >= 500 ? "Try again later." : "Its LFS server may be out of order.");
-    }
-}
-
-/// What became of one: a status of its own, or of the request for it; 0: there is none.
-Failure LfsFetch::about_object(LargeFile const& file, int status, std::string_view words) const
-{
-    auto const path = path_of(file);
-    auto const said = words.empty() ? std::string() : concat(" (it says: ", without_full_stop(words), ")");
-    if (status == 0 || status == 404 || status == 410)
-        return failed(errc::not_found, concat("the LFS server does not have ", path, said),
-                      concat(send_again, "; what .lfsconfig names is not asked."));
-    auto const answers =
-        concat("the LFS server answers with status ", std::to_string(status), " for ", path, said);
-    if (status == 401 || status == 403)
-        return failed(
-            errc::refused, answers,
-            "The repository must be public, also its LFS objects, and its owner's quota not used up.");
-    if (status == 507 || status == 509)
-        return failed(errc::refused, answers, "Its owner's LFS quota is used up.");
-    if (status == 429 || status >= 500)
-        return failed(errc::unreachable, answers, "Try again later.");
-    return failed(errc::protocol_error, answers, "Its LFS server may be out of order.");
-}
 
 // ---- what there is to fetch ----------------------------------------------------------------------------
 
@@ -230,10 +154,7 @@ result<> LfsFetch::note_pointer(std::size_t number, std::string text, core::LfsP
 {
     auto& entry = index_.entries[number];
     if (pointer.extended)
-        return failed(errc::refused,
-                      concat("\"", core::printable(entry.path, 120),
-                             "\" has to pass through a program that its author names (an LFS extension)"),
-                      "Such programs are never run here: its author can commit the file without.");
+        return problems_.about_extension(shown(entry));
     FetchBytes price;
     price.memory = memory_of_pointer + 2 * text.size();
     if (auto const taken = order_.share->take(price); !taken)
@@ -335,12 +256,12 @@ result<std::vector<core::LfsDownload>> LfsFetch::ask_server(std::vector<core::Lf
     limits.bytes = core::max_lfs_answer;
     auto const status = http_.send(request, limits);
     if (!status)
-        return explain(status.error());
+        return problems_.explain(status.error());
     if (*status != 200)
-        return about_batch(*status);
+        return problems_.about_batch(*status);
     auto downloads = core::parse_lfs_batch(answer, pointers);
     if (!downloads)
-        return explain(downloads.error().within("the LFS server"));
+        return problems_.explain(downloads.error().within("the LFS server"));
     return downloads;
 }
 
@@ -369,15 +290,12 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
     if (pointer.size == 0 && pointer.object == core::empty_lfs_object)
         return {};
     if (from.address.empty())
-        return about_object(file, from.error, from.words);
+        return problems_.about_object(path_of(file), from.error, from.words);
     if (auto const allowed = may_ask(from.address); !allowed)
-        return explain(allowed.error());
+        return problems_.explain(allowed.error());
     Sha256 digest;
     std::uint64_t size = 0;
-    auto const wrong = [&] {
-        return failed(errc::protocol_error, concat("the LFS server sends something else for ", path_of(file)),
-                      concat(send_again, "."));
-    };
+    auto const wrong = [&] { return problems_.about_content(path_of(file)); };
     CurlRequest request;
     request.peer = "the LFS server";
     request.base = core::base_of(from.address);
@@ -409,9 +327,9 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
     limits.bytes = pointer.size + memory_of_file; // the sink is stricter, and has better words
     auto const status = http_.send(request, limits);
     if (!status)
-        return stopped_by_sink ? status.error() : explain(status.error());
+        return stopped_by_sink ? status.error() : problems_.explain(status.error());
     if (*status != 200)
-        return about_object(file, *status, {});
+        return problems_.about_object(path_of(file), *status, {});
     return size == pointer.size && digest.finish() == pointer.object ? result<>() : wrong();
 }
 

@@ -166,7 +166,7 @@ private:
     mutable std::mutex mutex_;
     std::unordered_map<std::string, Stored> stored_; ///< By path.
     std::vector<std::string> notices_;
-    /// Folders that are no longer good, and who still uses them.
+    /// Folders that are no longer good, and the snapshots that still use them.
     std::vector<std::pair<std::filesystem::path, std::weak_ptr<GitSnapshot const>>> dropped_;
 };
 

@@ -21,7 +21,7 @@
 
 namespace webots_cloud::adapters {
 
-/// One type for both kinds of stream, which knows nothing of who waits: so the compiler writes algorithms,
+/// One type for both kinds of stream, which knows nothing of its callers: so the compiler writes algorithms,
 /// such as those of a WebSocket, once, and the layers below them not anew for each algorithm. Without it
 /// beast_websocket.cpp takes 47 s and 1.5 GB.
 ///

@@ -66,7 +66,7 @@ SmtpExchange::~SmtpExchange()
 void SmtpExchange::abort()
 {
     {
-        // In one go: who sees that we gave up must not find a connection alive.
+        // In one go: once we are seen to have given up, no connection may be alive.
         std::lock_guard const lock(mutex_);
         aborted_ = true;
         shut_down_sockets();

@@ -5,8 +5,8 @@
 
 namespace webots_cloud::adapters {
 
-/// What it says of bodies, and of the other kind of message, is of no interest here: who derives from it
-/// overrides what is left.
+/// What it says of bodies, and of the other kind of message, is of no interest here: a class that derives
+/// from it overrides what is left.
 template<bool is_request>
 class HeadParser : public boost::beast::http::basic_parser<is_request>
 {

@@ -29,7 +29,7 @@ public:
     {
         need_more, ///< The head is not complete.
         complete,  ///< `request()` is valid until the next call of `next()`.
-        /// As `complete`, and `body_length()` bytes follow: who takes none answers 413 and closes.
+        /// As `complete`, and `body_length()` bytes follow. A caller that takes none answers 413 and closes.
         with_body,
         refused ///< `refusal()` is the status to answer; then the connection must be closed.
     };

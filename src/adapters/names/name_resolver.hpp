@@ -27,8 +27,8 @@ struct NameResolverParams
     NameResolverParams() = default;
 
     std::size_t max_lookups = 1024; ///< At once; whoever asks for one more name is told so.
-    /// How long addresses are taken as they are: a server that moves is found again soon, and who needs many
-    /// connections to it asks once.
+    /// How long addresses are taken as they are: a server that moves is found again soon, and a caller that
+    /// needs many connections to it asks once.
     Duration good_for = std::chrono::seconds(5);
     /// A lookup that has taken so long is slow: whoever asks gets the last known addresses.
     Duration slow_after = std::chrono::seconds(2);

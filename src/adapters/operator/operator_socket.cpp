@@ -220,7 +220,7 @@ asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
     co_return Failure(asio::error::operation_aborted);
 }
 
-/// Who says anything but one whole request is not answered.
+/// Anything but one whole request is not answered.
 asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket, Endpoint& endpoint)
 {
     using Progress = adapters::HttpRequestReader::Progress;

@@ -56,7 +56,7 @@ constexpr std::size_t default_max_processes = 256; // to look at
 
 constexpr std::uint64_t file_size_reserve = 1 << 20; // so that such a file is more than all may be
 
-constexpr std::uint64_t process_reserve = 16; // so that who tries to have more is found out
+constexpr std::uint64_t process_reserve = 16; // so that an attempt to have more is noticed
 
 constexpr auto wake_interval = std::chrono::milliseconds(250);
 

@@ -234,13 +234,8 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
                                     viewpoint, *http, *names))
         checks.push_back(std::move(each));
     for (auto const& forge : config.forges)
-        switch (forge.source()) {
-        case ForgeConfig::Source::git_server:
+        if (forge.is_server()) // whoever reads the configuration looks for folders
             checks.emplace_back(concat("forge ", forge.url), check_web_server(forge.url, core::judge_forge));
-            break;
-        case ForgeConfig::Source::folder: // whoever reads the configuration looks for it
-            break;
-        }
     for (auto const& registry : config.service.notify)
         checks.emplace_back(concat("registry ", registry), check_web_server(registry, core::judge_registry));
     auto more = co_await examine(std::move(checks), *clock, std::move(progress));

@@ -15,7 +15,7 @@
 
 namespace webots_cloud::core {
 
-/// Keys have so many letters, `a` to `z`: 94 bits.
+/// The length of a key, in letters from `a` to `z`: 94 bits.
 inline constexpr std::size_t controller_key_length = 20;
 
 /// Longer first messages are none of libController's.

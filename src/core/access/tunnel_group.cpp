@@ -8,7 +8,7 @@ namespace {
 
 // What may pass at once after a silence: a quarter of a second's bytes.
 constexpr double burst_seconds = 0.25;
-// Less is not worth a turn of the event loop: who is at the limit would otherwise relay a few bytes a turn,
+// Less is not worth a turn of the event loop: a tunnel at the limit would otherwise relay a few bytes a turn,
 // without end.
 constexpr double min_portion = 4096;
 

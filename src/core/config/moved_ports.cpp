@@ -14,7 +14,7 @@ result<> move_number(std::uint16_t& port, int distance)
 {
     if (port == 0) // there is none
         return {};
-    // Neither can overflow: far more than there are ports says the same as so many.
+    // Neither can overflow: a number far beyond the last port says the same as any other beyond it.
     int const moved = port + std::clamp(distance, -2 * last_port, 2 * last_port);
     if (moved < 1 || moved > last_port)
         return Failure(errc::invalid_argument, concat("port ", std::to_string(port), " can't be moved by ",

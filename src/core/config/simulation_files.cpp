@@ -9,13 +9,8 @@ OwnFiles simulation_server_files(SimulationConfig const& config, SimulationFiles
     OwnFiles files;
     files.read = read_by_each_server(context.config_file, config.network, config.access);
     for (auto const& forge : config.forges)
-        switch (forge.source()) {
-        case ForgeConfig::Source::git_server: // what is fetched is in `caches`
-            break;
-        case ForgeConfig::Source::folder:
+        if (!forge.is_server()) // what comes from servers is in `caches`
             files.read.push_back(forge.directory);
-            break;
-        }
     if (!config.ca_file.empty())
         files.read.push_back(config.ca_file.parent_path());
     if (config.docker) {

@@ -67,13 +67,8 @@ std::vector<NamedHost> named_hosts(SimulationConfig const& config)
     HostList hosts;
     hosts.add("server", config.address.host);
     for (auto const& forge : config.forges)
-        switch (forge.source()) {
-        case ForgeConfig::Source::git_server:
+        if (forge.is_server())
             hosts.add("forges", forge.url);
-            break;
-        case ForgeConfig::Source::folder:
-            break;
-        }
     for (auto const& registry : config.service.notify)
         hosts.add("notify", registry);
     return hosts.take();

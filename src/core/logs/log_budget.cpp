@@ -100,7 +100,7 @@ void LogBudget::forget(Clients::iterator client)
     clients_.erase(client);
 }
 
-/// Of the first client: who has gone on is told about, and watched for another minute.
+/// Of the first client: if it has gone on, that is told, and it is watched for another minute.
 void LogBudget::end_minute(TimePoint now, std::vector<Line>& lines)
 {
     auto const client = clients_.begin();

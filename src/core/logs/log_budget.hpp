@@ -21,7 +21,7 @@ namespace webots_cloud::core {
 /// Of one client and topic ten lines are written, then one a minute, which says how many there were. All
 /// clients together have a budget of bytes, one for lines of visits (`info`) and one for what was refused or
 /// failed, so that neither can take the other's; what is over it is counted by topic. What a line says
-/// decides nothing: who varies a text gets no more lines than who repeats it.
+/// decides nothing: a client that varies a text gets no more lines than one that repeats it.
 ///
 /// Memory is bounded: clients that no longer fit into the table share only the common budget.
 class LogBudget

@@ -8,8 +8,8 @@
 
 namespace webots_cloud::core {
 
-/// The times of points, which several series share; the series belong to who shows them. Every series has a
-/// point at each time; an unknown one is NaN.
+/// The times of points, which several series share; the series belong to the page that shows them. Every
+/// series has a point at each time; an unknown one is NaN.
 class LoadHistory
 {
 public:

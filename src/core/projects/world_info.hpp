@@ -24,7 +24,7 @@ WorldInfo world_info(std::string_view file);
 /// Whether worlds of a project are to be listed: not where its `webots.yml` has `publish: false`.
 bool is_published(std::string_view webots_yml);
 
-/// At most so many bytes of `text` in one line; what is longer ends with an ellipsis after a whole word.
+/// At most that many bytes of `text` in one line; what is longer ends with an ellipsis after a whole word.
 /// Empty if it isn't UTF-8.
 std::string one_line(std::string_view text, std::size_t limit);
 

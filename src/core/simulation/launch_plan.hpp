@@ -19,7 +19,7 @@ constexpr bool is_video(std::string_view mode) noexcept
     return mode == "mjpeg";
 }
 
-/// Webots tries so many ports above a busy one, without reporting that.
+/// How many ports above a busy one Webots tries, without reporting that.
 inline constexpr int ports_tried_by_webots = 10;
 
 /// What the `--stream` of R2021b and older takes besides the port.

@@ -36,9 +36,9 @@ struct WaitingTicket
 };
 
 /// Names a group (a client's quota key, a class) without telling which it is. The name of the group in
-/// `WaitingRoom` and `WaitingTickets`, so that who returns from another network still counts where it did.
-/// It has the form of an IPv6 network, /64, so that it counts on levels (`QuotaLevels`): names of networks
-/// that are in the same /56 or /48 are so, too, and no others. The empty group stays empty.
+/// `WaitingRoom` and `WaitingTickets`, so that a browser that returns from another network counts where it
+/// did. It has the form of an IPv6 network, /64, so that it counts on levels (`QuotaLevels`): names of
+/// networks that are in the same /56 or /48 are so, too, and no others. The empty group stays empty.
 std::string waiting_group(Mac const& mac, std::string_view key);
 
 /// In base64url (RFC 4648, section 5).   Precondition: the group is a `waiting_group`.

@@ -30,8 +30,8 @@ constexpr Duration freed_seat_poll = std::chrono::milliseconds(500);
 constexpr Duration freed_seat_time = std::chrono::seconds(6);
 constexpr Duration any_seat_poll = std::chrono::seconds(1); // of the others, in turn
 constexpr std::size_t polls_at_once = 20;
-// After a start nobody has a turn at first, and then only who waited before: they come back about a second
-// after they were lost, in no order.
+// After a start nobody has a turn at first, and then only those who waited before: they come back about a
+// second after they were lost, in no order.
 constexpr Duration all_return = std::chrono::milliseconds(1200);
 constexpr Duration return_first = std::chrono::seconds(2);
 

@@ -1,4 +1,4 @@
-// The worlds of a repository, or of a folder in one, for who has pasted its address: `POST /worlds/list`.
+// The worlds of a repository, or of a folder in one, for people who paste its address: `POST /worlds/list`.
 #pragma once
 
 #include "core/access/token_buckets.hpp"

@@ -306,8 +306,8 @@ bool SimulationService::Impl::admit(std::uint64_t id, ChannelInfo const& info,
     return false;
 }
 
-/// Whether simulations are staged for who asks: a session server, with a ticket if we want one. Those who
-/// come through the gateway of one are browsers.
+/// Whether simulations are staged for this client: for a session server, with a ticket if we want one. What
+/// comes through a session server's gateway is a browser.
 bool SimulationService::Impl::may_stage(ChannelInfo const& info, Channel& channel)
 {
     std::optional<Failure> why;

@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "unit_test.hpp"
 
 #include "core/sandbox/limits.hpp"
@@ -128,14 +129,11 @@ BOOST_AUTO_TEST_CASE(the_end_at_the_largest_file_is_known_by_signal_and_by_statu
 BOOST_AUTO_TEST_CASE(the_browser_is_told_the_limit_and_what_helps)
 {
     BOOST_TEST(overrun_failure(Limit::memory, all_limits()).message() ==
-               "The simulation used more than 200 MB of memory, which is the limit of a simulation on this "
-               "server. Its operator can raise \"simulationMemory\".");
+               sentence(Refused::memory_overrun, {{"max", "200"}, {"key", "\"simulationMemory\""}}));
     BOOST_TEST(overrun_failure(Limit::processes, all_limits()).message() ==
-               "The simulation started more than 50 processes and threads at once, which is the limit of a "
-               "simulation on this server. Its operator can raise \"simulationProcesses\".");
+               sentence(Refused::process_overrun, {{"max", "50"}}));
     BOOST_TEST(overrun_failure(Limit::disk, all_limits()).message() ==
-               "The simulation filled its folder with more than 10 MB, or with very many files, which is the "
-               "limit of a simulation on this server. Its operator can raise \"simulationDisk\".");
+               sentence(Refused::disk_overrun, {{"max", "10"}}));
 }
 
 BOOST_AUTO_TEST_CASE(the_log_says_who_keeps_which_limit)

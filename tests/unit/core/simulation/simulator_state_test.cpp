@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "unit_test.hpp"
 
 #include "core/simulation/simulator_state.hpp"
@@ -174,11 +175,11 @@ BOOST_AUTO_TEST_CASE(each_reason_to_stop_is_a_sentence)
 {
     auto const simulator = started();
     BOOST_TEST(simulator.stop_reason(Due::stop_at_time_limit).message() ==
-               "The simulation reached its time limit of 600 s.");
+               sentence(core::Refused::time_limit, {{"seconds", "600"}}));
     BOOST_TEST(simulator.stop_reason(Due::stop_without_port).message() ==
-               "Webots loaded the world but opened no port within 300 s.");
+               sentence(core::Refused::no_port, {{"seconds", "300"}}));
     BOOST_TEST(simulator.stop_reason(Due::stop_unloaded).message() ==
-               "Webots did not load the world within 300 s.");
+               sentence(core::Refused::not_loaded, {{"seconds", "300"}}));
 }
 
 BOOST_AUTO_TEST_CASE(the_first_reason_to_stop_is_the_reason_of_the_end)
@@ -198,9 +199,10 @@ BOOST_AUTO_TEST_CASE(an_end_that_nobody_asked_for_has_a_reason_of_its_own)
                "Unable to start Webots: it was ended by signal 11 before the world was loaded: "
                "no\\x07GPU");
     auto const ready = after({"heartbeat", "port"});
-    BOOST_TEST(ready.end_reason("it exited with status 0", true, "words").message() == "Webots has quit.");
+    BOOST_TEST(ready.end_reason("it exited with status 0", true, "words").message() ==
+               sentence(core::Refused::quit));
     BOOST_TEST(ready.end_reason("it exited with status 1", false, "words").message() ==
-               "Webots has quit unexpectedly: it exited with status 1.");
+               sentence(core::Refused::crashed, {{"how", "it exited with status 1"}}));
 }
 
 BOOST_AUTO_TEST_CASE(activity_is_kept_until_the_simulator_is_ready)
@@ -244,7 +246,7 @@ BOOST_AUTO_TEST_CASE(the_time_limit_is_put_off_by_what_is_left_of_the_extension_
     BOOST_TEST((simulator.due(at(699s)) == Due::nothing));
     BOOST_TEST((simulator.due(at(700s)) == Due::stop_at_time_limit));
     BOOST_TEST(simulator.stop_reason(Due::stop_at_time_limit).message() ==
-               "The simulation reached its time limit of 700 s.");
+               sentence(core::Refused::time_limit, {{"seconds", "700"}}));
     SimulatorState stopping(at(0s), start_timeout, timeout, 100s);
     tell(stopping, "stop");
     BOOST_TEST((stopping.extend(60s) == 0s));

@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "service/run.hpp"
 #include "unit_test.hpp"
 
@@ -1064,7 +1065,7 @@ BOOST_AUTO_TEST_CASE(the_time_to_get_ready_counts_from_the_last_word_of_compose)
     fixture.world.advance(598s + 299s);
     BOOST_TEST(errors_told(browser) == 0);
     fixture.world.advance(1s);
-    BOOST_TEST(browser.sent.back() == "loading: Error: Webots did not load the world within 300 s.");
+    BOOST_TEST(browser.sent.back() == error_line(core::Refused::not_loaded, {{"seconds", "300"}}));
 }
 
 BOOST_AUTO_TEST_CASE(the_end_of_the_simulator_ends_the_simulation_while_an_editor_runs)
@@ -1076,7 +1077,7 @@ BOOST_AUTO_TEST_CASE(the_end_of_the_simulator_ends_the_simulation_while_an_edito
     auto& browser = fixture.start();
     fixture.world.advance(1s);
     BOOST_TEST(browser.sent.back() ==
-               "loading: Error: Webots has quit unexpectedly: it exited with code 139.");
+               error_line(core::Refused::crashed, {{"how", "it exited with code 139"}}));
     BOOST_TEST(browser.close_code.has_value());
 }
 

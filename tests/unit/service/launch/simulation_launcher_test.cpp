@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -181,7 +182,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_ready_then_tells_what_it_was_before_then_li
     BOOST_TEST(!fixture.next<SimulationActivity>(*simulation).running);
     auto const ended = fixture.next<SimulationEnded>(*simulation);
     BOOST_TEST((fixture.elapsed() == 9s));
-    BOOST_TEST(ended.reason.message() == "Webots has quit.");
+    BOOST_TEST(ended.reason.message() == sentence(core::Refused::quit));
     BOOST_TEST((ended.status == ExitStatus(0, false)));
     BOOST_TEST(ended.was_ready);
 }
@@ -192,7 +193,7 @@ BOOST_AUTO_TEST_CASE(each_way_to_end_has_its_reason_its_status_and_whether_it_wa
     {
         char const* output;
         ExitStatus status;
-        char const* reason;
+        std::string reason;
         bool was_ready;
     };
     std::vector<Row> const rows{
@@ -203,10 +204,11 @@ BOOST_AUTO_TEST_CASE(each_way_to_end_has_its_reason_its_status_and_whether_it_wa
          false},
         {"", ExitStatus(SIGSEGV, true),
          "Unable to start Webots: it was ended by signal 11 before the world was loaded.", false},
-        {".\n", ExitStatus(0, false), "Webots has quit.", true},
-        {".\nError: late\n", ExitStatus(7, false), "Webots has quit unexpectedly: it exited with status 7.",
-         true},
-        {".\n", ExitStatus(SIGSEGV, true), "Webots has quit unexpectedly: it was ended by signal 11.", true}};
+        {".\n", ExitStatus(0, false), sentence(core::Refused::quit), true},
+        {".\nError: late\n", ExitStatus(7, false),
+         sentence(core::Refused::crashed, {{"how", "it exited with status 7"}}), true},
+        {".\n", ExitStatus(SIGSEGV, true),
+         sentence(core::Refused::crashed, {{"how", "it was ended by signal 11"}}), true}};
     for (auto const& row : rows) {
         Fixture fixture;
         auto& script = fixture.processes.expect().prints(row.output).after(1s);
@@ -329,9 +331,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_loses_its_display_ends_with_a_sentence_ab
         if (is_ready)
             fixture.next<SimulationReady>(*simulation);
         auto const ended = fixture.next<SimulationEnded>(*simulation);
-        BOOST_TEST(ended.reason.message() ==
-                   "The virtual display of the simulation has ended unexpectedly. Please start the "
-                   "simulation again.");
+        BOOST_TEST(ended.reason.message() == sentence(core::Refused::display_ended));
         BOOST_TEST(fixture.log.contains("display has ended: (EE) no memory left"));
     }
 }
@@ -510,7 +510,7 @@ BOOST_AUTO_TEST_CASE(who_asks_for_the_end_of_one_that_is_being_ended_hides_no_re
     BOOST_TEST_REQUIRE(taken.has_value());
     BOOST_TEST_REQUIRE(taken->has_value());
     BOOST_TEST(std::get<SimulationEnded>(**taken).reason.message() ==
-               "Webots did not load the world within 300 s.");
+               sentence(core::Refused::not_loaded, {{"seconds", "300"}}));
 }
 
 BOOST_AUTO_TEST_CASE(a_start_that_takes_too_long_is_ended_to_the_second_and_what_was_missing_is_said)
@@ -519,11 +519,12 @@ BOOST_AUTO_TEST_CASE(a_start_that_takes_too_long_is_ended_to_the_second_and_what
     {
         char const* output;
         std::vector<std::uint16_t> listens;
-        char const* reason;
+        std::string reason;
     };
-    std::vector<Row> const rows{{"loading\n", {2001}, "Webots did not load the world within 300 s."},
-                                {".\n", {}, "Webots loaded the world but opened no port within 300 s."},
-                                {".\n", {2012}, "Webots loaded the world but opened no port within 300 s."}};
+    std::vector<Row> const rows{
+        {"loading\n", {2001}, sentence(core::Refused::not_loaded, {{"seconds", "300"}})},
+        {".\n", {}, sentence(core::Refused::no_port, {{"seconds", "300"}})},
+        {".\n", {2012}, sentence(core::Refused::no_port, {{"seconds", "300"}})}};
     for (auto const& row : rows) {
         Fixture fixture;
         fixture.processes.expect().prints(row.output).listens(row.listens);
@@ -566,7 +567,7 @@ BOOST_AUTO_TEST_CASE(a_guard_that_never_says_so_ends_the_start_at_its_limit)
     fixture.processes.expect().prints(".\n").is_never_reached();
     auto const simulation = fixture.launched();
     auto const ended = fixture.next<SimulationEnded>(*simulation);
-    BOOST_TEST(ended.reason.message() == "Webots loaded the world but opened no port within 300 s.");
+    BOOST_TEST(ended.reason.message() == sentence(core::Refused::no_port, {{"seconds", "300"}}));
     BOOST_TEST((fixture.elapsed() == 300s));
     BOOST_TEST(fixture.processes.looks().empty());
 }
@@ -579,7 +580,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_nobody_has_asked_about_is_ended_at_its_li
     auto const simulation = fixture.launched();
     fixture.world.advance(700s);
     auto const ended = fixture.next<SimulationEnded>(*simulation);
-    BOOST_TEST(ended.reason.message() == "The simulation reached its time limit of 600 s.");
+    BOOST_TEST(ended.reason.message() == sentence(core::Refused::time_limit, {{"seconds", "600"}}));
     BOOST_TEST((fixture.elapsed() == 700s));
     BOOST_TEST(!ended.was_ready);
 }
@@ -592,7 +593,7 @@ BOOST_AUTO_TEST_CASE(a_life_that_is_shorter_than_a_start_ends_the_start)
     fixture.processes.expect().prints("loading\n");
     auto const simulation = fixture.launched();
     auto const ended = fixture.next<SimulationEnded>(*simulation);
-    BOOST_TEST(ended.reason.message() == "The simulation reached its time limit of 10 s.");
+    BOOST_TEST(ended.reason.message() == sentence(core::Refused::time_limit, {{"seconds", "10"}}));
     BOOST_TEST((fixture.elapsed() == 10s));
 }
 

@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -216,7 +217,7 @@ BOOST_AUTO_TEST_CASE(a_job_waits_without_a_limit_and_is_ready_at_the_address_of_
     BOOST_TEST(ready.port == 2003);
     BOOST_TEST(ready.host == "10.0.0.2");
     auto const ended = fixture.next<SimulationEnded>(*simulation);
-    BOOST_TEST(ended.reason.message() == "The simulation reached its time limit of 600 s.");
+    BOOST_TEST(ended.reason.message() == sentence(core::Refused::time_limit, {{"seconds", "600"}}));
 }
 
 BOOST_AUTO_TEST_CASE(who_waits_hears_what_slurm_says_and_that_it_says_nothing)
@@ -288,7 +289,7 @@ BOOST_AUTO_TEST_CASE(a_signal_that_ends_the_simulator_is_told_as_on_this_machine
     auto const simulation = fixture.launched();
     BOOST_TEST(fixture.next<SimulationReady>(*simulation).host == "10.0.0.1");
     BOOST_TEST(fixture.next<SimulationEnded>(*simulation).reason.message() ==
-               "Webots has quit unexpectedly: it was ended by signal 11.");
+               sentence(core::Refused::crashed, {{"how", "it was ended by signal 11"}}));
 }
 
 BOOST_AUTO_TEST_CASE(who_claims_to_listen_elsewhere_is_not_believed)
@@ -340,9 +341,8 @@ BOOST_AUTO_TEST_CASE(what_a_job_uses_is_what_the_guard_on_its_node_counts)
     BOOST_TEST(used.counted.has_value());
     auto const ended = fixture.next<SimulationEnded>(*simulation);
     BOOST_TEST((ended.overrun == Limit::memory));
-    BOOST_TEST(ended.reason.message() ==
-               "The simulation used more than 0 MB of memory, which is the limit of a simulation on "
-               "this server. Its operator can raise \"memory\" of \"launcher\".");
+    BOOST_TEST(ended.reason.message() == sentence(core::Refused::memory_overrun,
+                                                  {{"max", "0"}, {"key", "\"memory\" of \"launcher\""}}));
 }
 
 BOOST_AUTO_TEST_CASE(a_project_is_copied_where_the_node_does_not_see_it)

@@ -1,4 +1,5 @@
 #include "gate.hpp"
+#include "refusal_sentences.hpp"
 #include "simulation_fixture.hpp"
 
 #include <webots_cloud/testing/fixed_folder_meter.hpp>
@@ -94,8 +95,7 @@ BOOST_AUTO_TEST_CASE(who_has_too_much_memory_is_ended_and_told_while_the_neighbo
     auto& browser = fixture.start();
     fixture.world.advance(1s);
     BOOST_TEST(browser.sent.back() ==
-               "loading: Error: The simulation used more than 200 MB of memory, which is the limit of a "
-               "simulation on this server. Its operator can raise \"simulationMemory\".");
+               error_line(core::Refused::memory_overrun, {{"max", "200"}, {"key", "\"simulationMemory\""}}));
     BOOST_TEST(browser.close_code.has_value());
     BOOST_TEST(!neighbour.close_code.has_value());
     BOOST_TEST(fixture.service.sessions() == 1U);

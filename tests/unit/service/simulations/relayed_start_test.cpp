@@ -1,4 +1,5 @@
 // What a session server that relays starts is told of those that are refused.
+#include "refusal_sentences.hpp"
 #include "simulation_fixture.hpp"
 
 #include <boost/system/errc.hpp>
@@ -246,7 +247,8 @@ BOOST_AUTO_TEST_CASE(what_ends_after_it_was_ready_was_not_refused)
     auto& session_server = fixture.say("", start(world_url, relayed));
     fixture.world.advance(1s);
     BOOST_TEST(session_server.was_told("webots:"));
-    BOOST_TEST(session_server.sent.back().starts_with("loading: Error: Webots has quit unexpectedly"));
+    BOOST_TEST(session_server.sent.back() ==
+               error_line(core::Refused::crashed, {{"how", "it exited with status 1"}}));
     for (auto const& text : session_server.sent)
         BOOST_TEST(!text.starts_with("refusal:"));
 }

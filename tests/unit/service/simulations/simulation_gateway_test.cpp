@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "simulation_fixture.hpp"
 
 #include "core/simulation/gateway_address.hpp"
@@ -294,7 +295,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_is_not_ready_has_no_address_and_one_that_
     auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
     BOOST_TEST(!group->is_closed());
     fixture.world.advance(5s);
-    BOOST_TEST(browser.sent.back() == "loading: Error: Webots has quit.");
+    BOOST_TEST(browser.sent.back() == error_line(core::Refused::quit));
     BOOST_TEST(group->is_closed());
     BOOST_TEST(fixture.is_unknown("/simulation/secreta/2001/"));
 }

@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "simulation_fixture.hpp"
 
 #include "core/gallery/world_list.hpp"
@@ -156,7 +157,7 @@ BOOST_AUTO_TEST_CASE(a_simulator_that_prints_without_end_is_ended_at_its_time_li
         script.after(1s).prints(std::string(1'000'000, 'x'));
     auto& browser = fixture.start();
     fixture.world.advance(601s);
-    BOOST_TEST(browser.sent.back() == "loading: Error: The simulation reached its time limit of 600 s.");
+    BOOST_TEST(browser.sent.back() == error_line(core::Refused::time_limit, {{"seconds", "600"}}));
 }
 
 // Protocol sections 5.2 and 6.2.
@@ -268,7 +269,7 @@ BOOST_AUTO_TEST_CASE(when_webots_quits_the_browser_is_told_and_the_socket_closed
     fixture.processes.expect().prints(".\n").after(1s).exits(0);
     auto& browser = fixture.start();
     fixture.world.advance(1s);
-    BOOST_TEST(browser.sent.back() == "loading: Error: Webots has quit.");
+    BOOST_TEST(browser.sent.back() == error_line(core::Refused::quit));
     BOOST_TEST(browser.close_code.value() == 0);
     BOOST_TEST(fixture.log.contains("[1] Webots [1001] exited"));
 }
@@ -293,7 +294,7 @@ BOOST_AUTO_TEST_CASE(a_crash_after_ready_is_told)
     auto& browser = fixture.start();
     fixture.world.advance(1s);
     BOOST_TEST(browser.sent.back() ==
-               "loading: Error: Webots has quit unexpectedly: it was ended by signal 11.");
+               error_line(core::Refused::crashed, {{"how", "it was ended by signal 11"}}));
 }
 
 BOOST_AUTO_TEST_CASE(a_simulator_that_never_gets_ready_is_ended_in_time)
@@ -302,7 +303,7 @@ BOOST_AUTO_TEST_CASE(a_simulator_that_never_gets_ready_is_ended_in_time)
     fixture.processes.expect().prints("loading\n").stubborn();
     auto& browser = fixture.start();
     fixture.world.advance(302s);
-    BOOST_TEST(browser.sent.back() == "loading: Error: Webots did not load the world within 300 s.");
+    BOOST_TEST(browser.sent.back() == error_line(core::Refused::not_loaded, {{"seconds", "300"}}));
 }
 
 // Protocol 4.1.3 shutdownTimeout, 6.1 timeout, 6.5.
@@ -314,7 +315,7 @@ BOOST_AUTO_TEST_CASE(the_time_limit_ends_a_simulation_however_busy)
         script.after(5s).prints(".\n");
     auto& browser = fixture.start();
     fixture.world.advance(601s);
-    BOOST_TEST(browser.sent.back() == "loading: Error: The simulation reached its time limit of 600 s.");
+    BOOST_TEST(browser.sent.back() == error_line(core::Refused::time_limit, {{"seconds", "600"}}));
 }
 
 // Protocol 4.3.
@@ -328,8 +329,7 @@ BOOST_AUTO_TEST_CASE(only_a_port_that_webots_really_opened_is_announced)
     auto& deaf = fixture.start();
     BOOST_TEST(!deaf.was_told("webots:"));
     fixture.world.advance(301s);
-    BOOST_TEST(deaf.sent.back() ==
-               "loading: Error: Webots loaded the world but opened no port within 300 s.");
+    BOOST_TEST(deaf.sent.back() == error_line(core::Refused::no_port, {{"seconds", "300"}}));
     fixture.leave(moved);
 }
 
@@ -1205,7 +1205,7 @@ BOOST_AUTO_TEST_CASE(a_browser_extends_its_simulation_as_far_as_the_operator_all
     fixture.world.advance(999s);
     BOOST_TEST(fixture.service.sessions() == 1u);
     fixture.world.advance(2s);
-    BOOST_TEST(back.was_told("loading: Error: The simulation reached its time limit of 1100 s."));
+    BOOST_TEST(back.was_told(error_line(core::Refused::time_limit, {{"seconds", "1100"}})));
     BOOST_TEST(fixture.service.sessions() == 0u);
 }
 
@@ -1329,7 +1329,8 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_ends_while_nobody_watches_is_cleaned_up_a
     fixture.lose(fixture.start());
     fixture.world.advance(20s);
     BOOST_TEST(fixture.service.sessions() == 0u);
-    BOOST_TEST(fixture.log.contains("Webots has quit unexpectedly: it was ended by signal 11."));
+    BOOST_TEST(
+        fixture.log.contains(sentence(core::Refused::crashed, {{"how", "it was ended by signal 11"}})));
 }
 
 BOOST_AUTO_TEST_CASE(a_server_that_stops_waits_for_no_browser)
