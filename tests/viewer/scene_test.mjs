@@ -282,6 +282,26 @@ test('what has to face the camera does, and stays where it is', async (t) => {
   await seen(page, (picture) => like(picture.at(...corner), SKY) || picture.at(...corner), 'its edge');
 });
 
+test("what is in Webots' Billboard stays before the camera", async (t) => {
+  const page = await openScene(t);
+  const held = '<Billboard id="n50"><Pose id="n51" translation="2 0.4 0.4"><Shape id="n52"><PBRAppearance id="n53" baseColor="1 1 0" roughness="1" metalness="0"/><Sphere id="n54" radius="0.2"/></Shape></Pose></Billboard>';
+  await show(page, BOX.replace('</Scene>', `${held}</Scene>`));
+  const away = 483 * 0.4 / 2; // pixels: to the left, and up
+  const isThere = (picture) => like(picture.at(200 - away, 200 - away), [1, 1, 0]) || picture.at(200 - away, 200 - away);
+  await seen(page, isThere, 'the ball');
+  await page.evaluate(() => scene.receive('update', { time: 32, updates: [{ id: 2, position: '0 5 3', orientation: '0 0 1 2' }], labels: [] }));
+  await seen(page, (picture) => like(picture.at(200, 200), SKY) || picture.at(200, 200), 'another view');
+  await seen(page, isThere, 'the ball, in the same place');
+});
+
+test('a high and narrow screen shows as much from side to side as a tablet', async (t) => {
+  const page = await openScene(t);
+  await show(page, BOX);
+  await seen(page, (picture) => like(picture.at(200 + 33, 200), [1, 0, 0]) || picture.at(200 + 33, 200), 'the box');
+  await page.evaluate(() => { document.getElementById('box').style.width = '200px'; });
+  await seen(page, (picture) => (picture.width === 200 && like(picture.at(100, 200), [1, 0, 0]) && like(picture.at(100 + 33, 200), SKY)) || picture.at(100 + 33, 200), 'a smaller box');
+});
+
 test('on a screen of small pixels the library finds what it draws lines with', async (t) => {
   const page = await openScene(t, () => {}, { deviceScaleFactor: 2 });
   const [texture] = await Promise.all([page.waitForResponse(/linetype/), show(page, BOX)]);

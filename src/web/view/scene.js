@@ -13,6 +13,7 @@ import { fieldOf, SceneTranslation } from './x3d_scene.js';
 const LIBRARY = new URL('x_ite/x_ite.min.mjs', import.meta.url);
 const MAX_PIXELS = 1920 * 1200; // As of pictures: more costs much, and shows little.
 const MAX_WAITING = 100000; // nodes with updates that are not shown yet, and nodes to add or to remove
+const NARROWEST = 3 / 4; // width to height
 const FILL = 0.4; // of the light that comes from all sides; Webots takes that from the background
 
 let library = null; // a promise
@@ -375,7 +376,8 @@ export class Scene {
     return Math.min(devicePixelRatio, Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight)));
   }
 
-  // Webots' angle of view is that of the longer side, X3D's that of the shorter.
+  // Webots' angle of view is that of the longer side, X3D's that of the shorter. On a high and narrow screen as much is seen from side to
+  // side as on a tablet: worlds are made for wide ones.
   #fit() {
     const { clientWidth: width, clientHeight: height } = this.#container;
     if (this.#browser === null || width === 0 || height === 0)
@@ -384,7 +386,7 @@ export class Scene {
     const viewpoint = this.#translation?.viewpoint;
     const node = viewpoint ? this.#node(viewpoint.name) : null;
     if (node !== null)
-      node.fieldOfView = 2 * Math.atan(Math.tan(viewpoint.fieldOfView / 2) * Math.min(width, height) / Math.max(width, height));
+      node.fieldOfView = 2 * Math.atan(Math.tan(viewpoint.fieldOfView / 2) * (width < height ? Math.max(width / height, NARROWEST) : height / width));
   }
 }
 

@@ -42,7 +42,6 @@ const ATTRIBUTES = {
     ['direction', 'direction', '0 0 -1']],
   Background: same('skyColor'),
   Fog: [...same('color', 'visibilityRange'), ['fogType', 'fogType']],
-  Billboard: [],
 };
 const CHILDREN = { IndexedFaceSet: ['Coordinate', 'Normal', 'TextureCoordinate'], IndexedLineSet: ['Coordinate'], PointSet: ['Coordinate', 'Color'] };
 const LIGHTS = new Set(['DirectionalLight', 'PointLight', 'SpotLight']);
@@ -57,6 +56,7 @@ export const MATERIAL = '-material';
 export class SceneTranslation {
   #base;
   #upright = true;
+  #held = 0;
   #kinds = new Map(); // of the nodes that have a name, what they have become
 
   // `base`: the address that those of textures are relative to.
@@ -110,7 +110,7 @@ export class SceneTranslation {
     if (GROUPS.has(kind))
       return use ?? this.#element('Group', node, '', this.#all(node));
     if (kind === 'Billboard')
-      return use ?? this.#element('Billboard', node, ' axisOfRotation="0 0 0"', this.#all(node));
+      return use ?? this.#heldBeforeTheCamera(node);
     if (LIGHTS.has(kind)) {
       this.hasLights = true;
       return use ?? this.#element(kind, node, ' global="true"');
@@ -151,6 +151,15 @@ export class SceneTranslation {
     if (suffix === '')
       this.#kinds.set(name, kind);
     return ` DEF="${name}${suffix}"`;
+  }
+
+  // Webots' Billboard is where the camera is, and looks where it looks.
+  #heldBeforeTheCamera(node) {
+    const name = `held${++this.#held}`;
+    const route = (from, to) => `<ROUTE fromNode="${name}-eye" fromField="${from}_changed" toNode="${name}" toField="set_${to}"></ROUTE>`;
+    const axes = this.#upright ? ` rotation="-1 1 1 ${2 * Math.PI / 3}"` : '';
+    return `<ProximitySensor DEF="${name}-eye" size="1e6 1e6 1e6"></ProximitySensor><Transform DEF="${name}">${this.#element('Transform', node, axes, this.#all(node))}`
+      + `</Transform>${route('position', 'translation')}${route('orientation', 'rotation')}`;
   }
 
   #viewpoint(node) {
@@ -292,7 +301,7 @@ function nameOf(node) {
   return id !== null && /^n?-?\d+$/.test(id) ? named(id) : null;
 }
 
-const x3d = (content) => `<?xml version="1.0" encoding="UTF-8"?><X3D profile="Interchange" version="4.0"><Scene>${content}</Scene></X3D>`;
+const x3d = (content) => `<?xml version="1.0" encoding="UTF-8"?><X3D profile="Interchange" version="4.0"><head><component name="EnvironmentalSensor" level="1"/></head><Scene>${content}</Scene></X3D>`;
 
 // To whoever looks, where the demo simulator says so of a node.
 const turned = (node, content) => (node.getAttribute('billboard') === 'true' ? `<Billboard axisOfRotation="0 0 0">${content}</Billboard>` : content);
