@@ -1,15 +1,12 @@
 #include "error_page.hpp"
 
 #include "core/pages/http_pages.hpp"
-#include "core/pages/preferred_language.hpp"
+#include "core/pages/page_language.hpp"
 #include "core/text.hpp"
 #include "web/assets.hpp"
 
-#include <boost/json/parse.hpp>
-
 #include <algorithm>
 #include <string>
-#include <vector>
 
 namespace webots_cloud {
 namespace {
@@ -30,32 +27,6 @@ std::string begin_of_page()
         "base-uri 'none'; form-action 'none'\">\n"
         "<link rel=\"icon\" href=\"data:,\">\n<style>\n",
         styles, "</style>\n<title>");
-}
-
-/// What people read here in other languages than English: of each sentence, by its English text, the others
-/// by their languages. What only programs read has none.
-boost::json::object const& translations_of(std::string_view sentence)
-{
-    static auto const all =
-        boost::json::parse(web::find_asset("viewer/error.json").value_or(web::Asset()).content);
-    static boost::json::object const none;
-    auto const* const found = all.as_object().if_contains(sentence);
-    return found ? found->as_object() : none;
-}
-
-/// The one of the sentence's languages that the browser wants most.
-std::string_view language_of(std::string_view sentence, IncomingRequest const& request)
-{
-    std::vector<std::string_view> languages{"en"};
-    for (auto const& translation : translations_of(sentence))
-        languages.push_back(translation.key());
-    return core::preferred_language(request.header("Accept-Language"), languages);
-}
-
-std::string_view said_in(std::string_view language, std::string_view sentence)
-{
-    auto const* const found = translations_of(sentence).if_contains(language);
-    return found ? std::string_view(found->as_string()) : sentence;
 }
 
 bool is_opened_as_page(IncomingRequest const& request)
@@ -91,13 +62,17 @@ void dress_for_people(HttpResponse& response, IncomingRequest const& request)
         : response.status == 404 ? "There is nothing at this address. Please check it: perhaps the link is "
                                    "old, or a part of it is missing."
                                  : "This address can't be used in this way. Please check the link.";
-    auto const language = language_of(sentence, request);
+    // What only programs read is in English alone.
+    static core::Translations const texts(
+        web::find_asset("viewer/error.json").value_or(web::Asset()).content);
+    auto const language =
+        core::preferred_language(request.header("Accept-Language"), texts.languages_of(sentence));
     response.body = concat("<!DOCTYPE html>\n<html lang=\"", language, begin, status,
                            "</title>\n</head>\n<body>\n<main class=\"refusal\">\n",
                            web::find_asset("viewer/favicon.svg").value_or(web::Asset()).content,
-                           "<p class=\"status\">", status, "</p>\n<h1>", said_in(language, sentence),
+                           "<p class=\"status\">", status, "</p>\n<h1>", texts.in(language, sentence),
                            "</h1>\n<p><a class=\"button\" href=\"", way_home(request.path), "\">",
-                           said_in(language, "Start page"), "</a></p>\n</main>\n</body>\n</html>\n");
+                           texts.in(language, "Start page"), "</a></p>\n</main>\n</body>\n</html>\n");
     response.headers.emplace_back("Vary", "Accept-Language");
 }
 

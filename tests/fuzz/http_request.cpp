@@ -6,6 +6,7 @@
 #include "adapters/messages/websocket_handshake.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/client_address.hpp"
+#include "core/pages/page_language.hpp"
 #include "core/public_place.hpp"
 
 #include <algorithm>
@@ -43,6 +44,8 @@ void check(HttpRequestReader const& reader)
     for (auto const& [name, value] : request.headers)
         fuzz::require(!name.empty() && !splits(name) && !splits(value));
     check_client(reader);
+    auto const language = core::preferred_language(request.header("Accept-Language"), {"en", "de"});
+    fuzz::require(language == "en" || language == "de");
     if (adapters::wants_websocket(reader))
         (void)adapters::refuse_handshake(reader);
 }

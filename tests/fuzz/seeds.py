@@ -215,6 +215,7 @@ def http_request():
            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n\x81\x80\0\0\0\0")
     yield (b"GET / HTTP/1.1\r\nHost: h\r\nX-Forwarded-For: 192.0.2.1, [2001:db8::7]:80\r\nX-Forwarded-For: 10.0.0.1,, ::ffff:10.0.0.2\r\n"
            b"Forwarded: for=\"[2001:db8::7]:80\";proto=https, for=10.0.0.1\r\n\r\n")
+    yield b"GET /monitor HTTP/1.1\r\nHost: h\r\nAccept: text/html\r\nAccept-Language: de-AT,de;q=0.9, en;q=0.85,*;q=0\r\n\r\n"
     yield b"POST /api/drain?exit HTTP/1.1\r\nHost: h\r\nContent-Length: 0\r\n\r\n"
     yield b"POST / HTTP/1.1\r\nHost: h\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
     yield b"OPTIONS * HTTP/1.1\nHost: h\n\n"

@@ -1,10 +1,10 @@
 #include "unit_test.hpp"
 
-#include "core/pages/preferred_language.hpp"
+#include "core/pages/page_language.hpp"
 
 using namespace webots_cloud::core;
 
-BOOST_AUTO_TEST_SUITE(preferred_language_of_a_page)
+BOOST_AUTO_TEST_SUITE(page_language)
 
 namespace {
 
@@ -30,6 +30,19 @@ BOOST_AUTO_TEST_CASE(who_wants_none_of_them_gets_the_first)
     for (auto const* accept : {"", "*", "nl", "pt-BR,pt;q=0.9", "de;q=0", "de;q=0.000", "de;quite=much",
                                "de;q=", "de;q=x", "d", "deu", ",,;,-", ";q=1", "e\xff"})
         BOOST_TEST(chosen(accept) == "en", accept);
+}
+
+BOOST_AUTO_TEST_CASE(a_sentence_is_there_in_its_languages_and_in_english)
+{
+    Translations const texts(R"({"Yes.": {"de": "Ja.", "fr": "Oui."}})");
+    BOOST_TEST(texts.languages_of("Yes.") == (std::vector<std::string_view>{"en", "de", "fr"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(texts.languages_of("No.") == std::vector<std::string_view>{"en"},
+               boost::test_tools::per_element());
+    BOOST_TEST(texts.in("fr", "Yes.") == "Oui.");
+    BOOST_TEST(texts.in("en", "Yes.") == "Yes.");
+    BOOST_TEST(texts.in("ja", "Yes.") == "Yes.");
+    BOOST_TEST(texts.in("de", "No.") == "No.");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

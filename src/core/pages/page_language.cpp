@@ -1,6 +1,8 @@
-#include "preferred_language.hpp"
+#include "page_language.hpp"
 
 #include "core/text.hpp"
+
+#include <boost/json/parse.hpp>
 
 #include <algorithm>
 
@@ -48,6 +50,24 @@ std::string_view preferred_language(std::string_view accept_language,
         }
     }
     return best;
+}
+
+Translations::Translations(std::string_view json) : sentences_(boost::json::parse(json).as_object()) {}
+
+std::vector<std::string_view> Translations::languages_of(std::string_view sentence) const
+{
+    std::vector<std::string_view> languages{"en"};
+    if (auto const* const found = sentences_.if_contains(sentence))
+        for (auto const& translation : found->as_object())
+            languages.push_back(translation.key());
+    return languages;
+}
+
+std::string_view Translations::in(std::string_view language, std::string_view sentence) const
+{
+    auto const* const found = sentences_.if_contains(sentence);
+    auto const* const translation = found ? found->as_object().if_contains(language) : nullptr;
+    return translation ? std::string_view(translation->as_string()) : sentence;
 }
 
 } // namespace webots_cloud::core
