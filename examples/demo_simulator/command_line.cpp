@@ -19,8 +19,8 @@ std::string usage()
     std::string text = "Usage: webots-demo-simulator [options] <world.wbt>\n"
                        "\n"
                        "The demo simulator of webots_cloud, for machines without Webots. It takes the\n"
-                       "command line of Webots, speaks its streaming protocol, and moves a few\n"
-                       "two-wheeled robots about in an arena.\n"
+                       "command line of Webots and speaks its streaming protocol, but is not Webots:\n"
+                       "a few two-wheeled robots move about in an arena.\n"
                        "\n"
                        "Options that do something:\n";
     for (auto const& option : program_options) {

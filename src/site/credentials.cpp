@@ -63,7 +63,7 @@ result<> run_openssl(std::string const& name, fs::path const& folder)
 {
     auto const openssl = app::find_system_program("openssl");
     if (openssl.empty())
-        return Failure(errc::not_found, "it is not installed");
+        return Failure(errc::not_found, "No certificate can be made without openssl: apt install openssl");
     auto const names = concat("subjectAltName=DNS:", name, ",DNS:localhost,IP:127.0.0.1,IP:::1", own_names());
     auto const end = run_program({openssl.string(), "req", "-x509", "-newkey", "ec", "-pkeyopt",
                                   "ec_paramgen_curve:prime256v1", "-nodes", "-days", "365", "-subj",

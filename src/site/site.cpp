@@ -239,6 +239,10 @@ result<> start_all(Place const& place, CommandLine const& line, bool stops_befor
 /// What none of our files and configurations can change.
 result<> check_environment(Verb verb)
 {
+    std::error_code ignored;
+    if (!fs::exists("/proc/self", ignored))
+        return Failure(errc::unavailable, "Servers can't be watched or stopped without /proc. As root, run: "
+                                          "mount -t proc proc /proc");
     if (are_hidden())
         return Failure(errc::unavailable,
                        "Servers can't be watched or stopped from here, because /proc hides the processes of "

@@ -14,6 +14,7 @@
 #include <netinet/in.h>
 #include <sys/stat.h>
 
+#define CARES_NO_DEPRECATED // what replaces ares_search is newer than Debian 12's
 #include <ares.h>
 
 #include <algorithm>

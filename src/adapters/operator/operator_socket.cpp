@@ -43,6 +43,7 @@ using core::concat;
 using Protocol = asio::local::stream_protocol;
 using Stream = beast::basic_stream<Protocol>;
 
+constexpr std::string_view too_long = "its path is too long: set XDG_RUNTIME_DIR to a shorter one";
 constexpr auto patience = std::chrono::seconds(5); // for a request, and for its answer to be taken
 constexpr std::size_t max_answer = 16 * 1024 * 1024;
 constexpr int max_ancestors = 256;
@@ -151,7 +152,7 @@ result<> LocalOperatorSocket::listen()
         return Failure(errc::unavailable, concat("the operator's socket ", path_.string(), ": ", why));
     };
     if (path_.native().size() >= sizeof(sockaddr_un::sun_path))
-        return failed("its path is too long");
+        return failed(too_long);
     auto const folder = path_.parent_path();
     struct stat found;
     if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
@@ -302,7 +303,7 @@ result<std::string> ask_operator_socket(fs::path const& path, std::string_view m
                                         std::string_view target)
 {
     if (path.native().size() >= sizeof(sockaddr_un::sun_path))
-        return Failure(errc::invalid_argument, concat(path.string(), ": its path is too long"));
+        return Failure(errc::invalid_argument, concat(path.string(), ": ", too_long));
     if (auto const found = find_watches(); !found)
         return found.error();
     asio::io_context context;
