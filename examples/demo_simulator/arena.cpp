@@ -1,3 +1,5 @@
+// The robots of a world and how they move, step by step: driven by their programs, or else steered by what
+// their sensors see.
 #include "arena.hpp"
 
 #include <algorithm>

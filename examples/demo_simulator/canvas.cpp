@@ -1,3 +1,5 @@
+// Draws solids as a camera sees them, with cairo: outlines, the shades of their sides, and texts.
+// picture.cpp says which ones.
 #include "canvas.hpp"
 
 #include <algorithm>

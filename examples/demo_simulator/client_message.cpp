@@ -1,3 +1,4 @@
+// Reads what browsers say to the simulator, in Webots' texts.
 #include "client_message.hpp"
 
 #include <boost/json.hpp>

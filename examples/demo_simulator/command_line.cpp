@@ -1,3 +1,5 @@
+// Reads Webots' command line, also that of R2021b and older, as far as it means something here, and the
+// faults that tests ask for.
 #include "command_line.hpp"
 
 #include "options.hpp"

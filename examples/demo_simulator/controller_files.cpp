@@ -1,3 +1,5 @@
+// The controllers of a project on disk: which programs the robots have, and what an editor reads and
+// saves. Names come from worlds and browsers, so none may lead out of its folder.
 #include "controller_files.hpp"
 
 #include "text.hpp"

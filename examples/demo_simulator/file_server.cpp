@@ -1,3 +1,5 @@
+// Answers requests by HTTP at the simulator's port, as Webots does: its page and, where it serves the
+// project, the files of that.
 #include "file_server.hpp"
 
 #include "name_sign.hpp"

@@ -1,3 +1,5 @@
+// The picture of an arena, painted from what is far to what is near, so that things hide each other.
+// canvas.cpp draws the solids, jpeg.cpp packs the picture.
 #include "picture.hpp"
 
 #include "canvas.hpp"

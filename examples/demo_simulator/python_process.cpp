@@ -1,3 +1,4 @@
+// Starts one process of Python with its pipes, and ends it. python_programs.cpp decides when.
 #include "python_process.hpp"
 
 #include "controller_module.hpp"

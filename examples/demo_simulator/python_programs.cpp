@@ -1,3 +1,5 @@
+// Starts the programs of robots with their world, reads what they print and ask for, and ends them. The
+// steps that they ask for are taken together (lock_step.hpp).
 #include "python_programs.hpp"
 
 #include "printed_lines.hpp"

@@ -1,3 +1,4 @@
+// The arena as a scene that browsers draw themselves: X3D when they come, and updates of what has moved.
 #include "scene.hpp"
 
 #include "name_sign.hpp"

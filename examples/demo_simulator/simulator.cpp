@@ -1,3 +1,5 @@
+// What the simulator does for its browsers, message by message and step by step: modes, pictures and
+// scenes, resets, other worlds. Without sockets: it tells its Audience.
 #include "simulator.hpp"
 
 #include "controller_files.hpp"

@@ -1,3 +1,5 @@
+// The simulator without its sockets: it is told what browsers say and that time has passed, and tells its
+// Audience what they get.
 #pragma once
 
 #include "arena.hpp"

@@ -1,3 +1,5 @@
+// The port of the simulator: finds one that is free, accepts browsers, requests and controllers, and
+// carries to each what the Simulator has for it.
 #include "streaming_server.hpp"
 
 #include "console.hpp"

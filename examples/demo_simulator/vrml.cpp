@@ -1,3 +1,5 @@
+// Reads VRML as Webots writes it: nodes and their fields. Worlds are written by strangers, so depth and
+// number of values are bounded.
 #include "vrml.hpp"
 
 #include <charconv>

@@ -1,3 +1,5 @@
+// What this simulator understands of a world file: arena, robots, boxes, goals, controllers. Other nodes
+// are passed over.
 #include "world_file.hpp"
 
 #include "text.hpp"

@@ -1,3 +1,4 @@
+// Reads the configuration of the website host, whose keys and their types are known.
 #include "configuration.hpp"
 
 #include "user_files.hpp"

@@ -1,3 +1,4 @@
+// Takes the fields out of forms, urlencoded or in parts, as browsers and simulation servers send them.
 #include "form.hpp"
 
 #include <webots_cloud/transport/http.hpp>

@@ -1,3 +1,5 @@
+// Names come from strangers, and folders may hold anything: every step is taken from an open folder, and
+// only ordinary files count.
 #include "user_files.hpp"
 
 #include <webots_cloud/adapters.hpp>

@@ -1,3 +1,5 @@
+// Answers requests to the website host: its pages, signing in and out, files that users save, and the
+// archives that simulation servers ask for.
 #include "website.hpp"
 
 #include <webots_cloud/adapters.hpp>

@@ -1,3 +1,5 @@
+// Prepares the machine before the server confines itself, in the order in which one thing needs the other:
+// folders, the simulator, who runs it in which sandbox (machine_trial), processes.
 #include "simulation_machine.hpp"
 
 #include "core/docker/docker_project.hpp"

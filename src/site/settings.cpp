@@ -1,3 +1,5 @@
+// Reads the configuration of each kind of server as that does, and takes from it what whoever starts it
+// has to know: ports, addresses, where people find it.
 #include "settings.hpp"
 
 #include "core/access/asked_name.hpp"

@@ -1,3 +1,5 @@
+// Moves the bytes of one connection, plain or encrypted, without ever waiting: Tunnels waits for all of
+// them together.
 #include "tunnel_end.hpp"
 
 #include "adapters/tls/tls_socket.hpp"

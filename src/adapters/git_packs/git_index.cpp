@@ -1,3 +1,4 @@
+// The text of an index on disk. It may be damaged: what does not agree with itself is no index.
 #include "git_index.hpp"
 
 #include "git_digest.hpp"

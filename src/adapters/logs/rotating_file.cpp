@@ -1,3 +1,5 @@
+// Writes lines to a file, and begins a new one when it is full, or when its name leads to another file.
+// Where the disk is full, lines are lost, and nobody is held up.
 #include "rotating_file.hpp"
 
 #include "core/text.hpp"

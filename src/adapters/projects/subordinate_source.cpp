@@ -1,3 +1,5 @@
+// What differs where simulations run as users of /etc/subuid, whose files the server can neither write nor
+// remove: a guard, which runs as such a user, does it.
 #include "adapters/files/remove_tree.hpp"
 #include "adapters/threads/blocking_pool.hpp"
 

@@ -1,3 +1,5 @@
+// Small text files of a project, read and written beside a simulation that may put links and pipes
+// anywhere: folders are opened step by step, and no link is followed.
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/restore_file.hpp"
 #include "adapters/threads/blocking_pool.hpp"

@@ -1,3 +1,4 @@
+// Finds out whether a server can use its folders and ports.
 #include "places.hpp"
 
 #include "app/simulation_folders.hpp"

@@ -1,3 +1,5 @@
+// The checks of the session server: its machines, its mail, and what both servers have in common
+// (checks.cpp). What a reading means is decided in core/doctor.
 #include "aside.hpp"
 #include "doctors.hpp"
 #include "service_view.hpp"

@@ -1,3 +1,5 @@
+// Finds out of a request, and of what proxies have added to it, by which name, port, scheme and path its
+// client reaches us.
 #include "asked_name.hpp"
 
 #include "core/public_place.hpp"

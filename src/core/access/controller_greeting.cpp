@@ -1,3 +1,4 @@
+// Recognizes the greetings of two generations of libController in the bytes of a stranger.
 #include "controller_greeting.hpp"
 
 #include "core/text.hpp"

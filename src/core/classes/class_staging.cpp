@@ -1,3 +1,4 @@
+// Shares what classes wish for among the machines, where most is free, as browsers are placed.
 #include "class_staging.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Each rule looks at members that have been read, and refuses a key with a sentence that says what to
+// write.
 #include "config_rules.hpp"
 
 #include "core/access/asked_name.hpp"

@@ -1,3 +1,4 @@
+// Finds out which number somebody has meant, so that the sentence about the fault can say what to write.
 #include "written_quantity.hpp"
 
 #include "config_reader.hpp"

@@ -1,3 +1,5 @@
+// Reads and writes the lists, and makes titles where a world says none. Other machines are strangers: of
+// their lists only what may be listed is taken.
 #include "world_list.hpp"
 
 #include "core/projects/lesson.hpp"

@@ -1,3 +1,4 @@
+// Writes the JSON of the page: what never changes, what changes each second, and the lines of its charts.
 #include "simulation_board.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,6 @@
+// Takes the addresses of worlds apart, as people copy them from forges: which forge, whose repository,
+// which ref and folder, which world. Each part becomes a path or an address later, so each is checked
+// here.
 #include <webots_cloud/project_ref.hpp>
 
 #include "core/forge_link.hpp"

@@ -1,3 +1,4 @@
+// Looks for WorldInfo in the text of a world, word by word, without understanding the rest.
 #include "world_info.hpp"
 
 #include "core/text.hpp"

@@ -1,3 +1,5 @@
+// Which limits fit this machine, which one is overrun, and the sentences about them for operators and
+// browsers.
 #include "limits.hpp"
 
 #include "core/refusals.hpp"

@@ -1,3 +1,4 @@
+// Chooses by what the machine has left. Browsers come first: nothing is staged while one starts.
 #include "staging.hpp"
 
 #include "launch_plan.hpp"
