@@ -169,6 +169,27 @@ result<SimulationServiceHooks> service_hooks(asio::any_io_executor const& execut
     return hooks;
 }
 
+/// What a SimulationService looks at simulations and projects with.
+struct Instruments
+{
+    Instruments(asio::any_io_executor const& executor, SimulationConfig const& config, Logger const& log)
+        : folder_meter(make_folder_meter()), world_finder(make_world_finder(config.forges)),
+          picture_taker(make_picture_taker(executor, log))
+    {}
+
+    void offer_to(SimulationServiceHooks& hooks, app::ProjectSources& sources) const
+    {
+        hooks.program_files = &sources.program_files();
+        hooks.folder_meter = sources.users() ? sources.users().get() : folder_meter.get();
+        hooks.world_finder = world_finder.get();
+        hooks.picture_taker = picture_taker.get();
+    }
+
+    std::unique_ptr<FolderMeter> const folder_meter;
+    std::unique_ptr<WorldFinder> const world_finder;
+    std::unique_ptr<PictureTaker> const picture_taker;
+};
+
 /// The same as `AccessControl` was made with, and the repositories and limits of the service.
 /// Errors: as `app::operator_token_check`; then nothing has changed.
 result<> obey(SimulationConfig const& next, SimulationWalls const& walls, AccessControl& access,
@@ -231,13 +252,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
     if (config.simulation_log_keep > Duration::zero())
         hooks->simulation_logs = logs.get();
-    hooks->program_files = &sources.program_files();
-    auto const folder_meter = make_folder_meter();
-    hooks->folder_meter = sources.users() ? sources.users().get() : folder_meter.get();
-    auto const world_finder = make_world_finder(config.forges);
-    hooks->world_finder = world_finder.get();
-    auto const picture_taker = make_picture_taker(executor, log);
-    hooks->picture_taker = picture_taker.get();
+    Instruments const instruments(executor, config, log);
+    instruments.offer_to(*hooks, sources);
     SimulationService service(service_params(config, machine), sources.fetcher(), launcher,
                               backends->partitions ? *backends->partitions : *machine.metrics, *clock, log,
                               std::move(*hooks));
