@@ -23,6 +23,7 @@ from support.git_server import GitServer  # noqa: E402
 from support.lessons import solved  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.projects import demo_project, files_of  # noqa: E402
+from support.refusals import error_line  # noqa: E402
 from support.servers import SimulationServer, descendants, main, port_is_free, program, wait_until  # noqa: E402
 
 EDITOR = "benjamindeleze/theia-test:test3"
@@ -577,7 +578,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 await self.start(browser, world("robots"))
                 docker.run("kill", *docker.run("ps", "--quiet").split())
                 await browser.hear_all()
-                self.assertTrue(browser.told[-1].startswith("loading: Error: Webots has quit"), browser.told)
+                self.assertTrue(browser.told[-1].startswith(error_line("quit").rstrip(".")), browser.told)
 
     async def test_nothing_is_left_when_the_browser_leaves_at_any_moment(self):
         with server() as simulation:
@@ -646,7 +647,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 await asyncio.to_thread(docker.crash)
                 try:
                     await browser.hear_all()
-                    self.assertTrue(browser.told[-1].startswith("loading: Error: Webots has quit unexpectedly"), browser.told)
+                    self.assertTrue(browser.told[-1].startswith(error_line("crashed", how="").rstrip(".")), browser.told)
                     async with Browser(simulation) as next_one:
                         await next_one.start(world("robots"))
                         await next_one.hear_all()
