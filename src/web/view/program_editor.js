@@ -1,7 +1,7 @@
 // An editor for the programs of a simulation, beside it: which file, its text (text_editor.js), and Run; its style is editor.css. Touches the DOM.
 
 import { difference } from './difference.js';
-import { mainOf } from './programs.js';
+import { mainOf, nameOf } from './programs.js';
 import { createTextEditor } from './text_editor.js';
 import { say } from './texts.js';
 
@@ -57,7 +57,7 @@ export class ProgramEditor {
   // The list of programs is new: after the start, or a return.
   #offerFiles() {
     const paths = [...new Set([...this.#programs.list.map(({ path }) => path), ...this.#drafts.keys()])];
-    this.#files.replaceChildren(...paths.map((path) => make('option', { value: path, textContent: path })));
+    this.#files.replaceChildren(...paths.map((path) => make('option', { value: path, textContent: nameOf(path) })));
     this.#files.hidden = paths.length < 2;
     const first = this.#kept.paths.find((path) => paths.includes(path)) ?? mainOf(paths);
     if (!paths.includes(this.#path) && first !== undefined)

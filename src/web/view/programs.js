@@ -98,8 +98,10 @@ export class Programs extends EventTarget {
   }
 }
 
-// As `drive/drive.py`.
-export const mainOf = (paths) => paths.find((path) => /^([^/]+)\/\1\.\w+$/.test(path)) ?? paths[0];
+// As `drive/drive.py`, which people call `drive.py`.
+const isMain = (path) => /^([^/]+)\/\1\.\w+$/.test(path);
+export const mainOf = (paths) => paths.find(isMain) ?? paths[0];
+export const nameOf = (path) => (isMain(path) ? path.split('/').pop() : path);
 
 function parse(text) {
   try {
