@@ -78,11 +78,11 @@ certificate() {
     openssl req -newkey ${key:-rsa:2048} -nodes -subj /CN=localhost -addext subjectAltName=DNS:localhost -keyout tls/key.pem -out /srv/request 2>/dev/null
     openssl x509 -req -in /srv/request -signkey tls/key.pem -copy_extensions copy -out tls/certificate.pem "$@" 2>/dev/null
 }
-future_certificate() {
+dated_certificate() {
     certificate -days 1
     mkdir -p /srv/ca; : >/srv/ca/index; echo 01 >/srv/ca/serial
     printf '[ca]\ndefault_ca=a\n[a]\ndir=/srv/ca\ndatabase=/srv/ca/index\nserial=/srv/ca/serial\nnew_certs_dir=/srv/ca\ndefault_md=sha256\npolicy=p\ncopy_extensions=copy\n[p]\ncommonName=supplied\n' >/srv/ca/config
-    openssl ca -batch -notext -config /srv/ca/config -selfsign -keyfile tls/key.pem -in /srv/request -startdate 20990101000000Z -enddate 21000101000000Z \
+    openssl ca -batch -notext -config /srv/ca/config -selfsign -keyfile tls/key.pem -in /srv/request -startdate "$1" -enddate "$2" \
         -out tls/certificate.pem 2>/dev/null
 }
 as_user() { (cd "$FOLDER"; $AS_USER "$@"); }

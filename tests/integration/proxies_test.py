@@ -255,7 +255,8 @@ class BehindNginxWithoutRules(unittest.TestCase):
                         urllib.request.urlopen(urllib.request.Request(origin + "/client", headers=handshake), timeout=PATIENCE)
                     refused.exception.close()
                     self.assertEqual(refused.exception.code, 400)
-                    self.assertIn("A WebSocket for /client came without \"Upgrade\" (127.0.0.1): a proxy in between lacks the rules", server.log())
+                    told = "A WebSocket for /client came without \"Upgrade\" (127.0.0.1): a proxy in between lacks the rules"
+                    wait_until(lambda: told in server.log(), server.log)  # noqa: B023
                     self.assertEqual(server.ask("/client")[0], 400)  # somebody who has typed the address
                     self.assertEqual(server.log().count("came without"), 1)
 

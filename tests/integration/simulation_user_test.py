@@ -319,7 +319,7 @@ class Choice(unittest.IsolatedAsyncioTestCase):
             self.assertIn("This server runs as root, and simulations with it", simulation.log())
 
     def test_a_user_that_can_not_be_had_is_refused(self):
-        self.assertIn('"simulationUser": "nobody-of-this-name" does not work here: this machine has no user "nobody-of-this-name"',
+        self.assertIn('key "simulationUser": this machine has no user "nobody-of-this-name", and the server does not start without',
                       self.refused({"simulationUser": "nobody-of-this-name"}))
         self.assertIn('"simulationUser": "daemon" does not work here: only a server that runs as root can start simulations as another '
                       "user", self.refused({"simulationUser": "daemon"}, NOBODY))

@@ -1,6 +1,7 @@
 """Certificate authorities of tests, and the certificates that they sign, made with openssl; and what clients of TLS say."""
 
 import contextlib
+import datetime
 import os
 import ssl
 import subprocess
@@ -28,8 +29,15 @@ class Authority:
         with open(extensions, "w") as text:
             text.write(f"subjectAltName={','.join(names)}\n")
         openssl("req", *KEY, "-subj", "/CN=a machine", "-keyout", key, "-out", request)
-        openssl("x509", "-req", "-in", request, "-CA", self.certificate, "-CAkey", self.key, "-CAcreateserial", "-days", str(days),
-                "-extfile", extensions, "-out", certificate)
+        # `openssl x509` takes no days before today from version 3.5 on, which Debian 13 has.
+        database, config = (os.path.join(self.folder, name) for name in ("issued", "ca.cnf"))
+        with open(database, "a"), open(config, "w") as text:
+            text.write(f"[ca]\ndefault_ca=a\n[a]\ndatabase={database}\nnew_certs_dir={self.folder}\nunique_subject=no\nrand_serial=yes\ndefault_md=sha256\npolicy=p\n"
+                       "[p]\ncommonName=supplied\n")
+        now = datetime.datetime.now(datetime.timezone.utc)
+        first, last = (f"{now + datetime.timedelta(days=each):%Y%m%d%H%M%SZ}" for each in (min(0, days - 2), days))
+        openssl("ca", "-batch", "-notext", "-config", config, "-cert", self.certificate, "-keyfile", self.key, "-in", request,
+                "-extfile", extensions, "-startdate", first, "-enddate", last, "-out", certificate)
         return certificate, key
 
 
