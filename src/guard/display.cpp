@@ -215,12 +215,12 @@ void say(int to, char const* text, char const* reason)
     _exit(0);
 }
 
-/// Runs the X server for `program`. `report`, which is closed when the display is ready, gets an empty line
-/// then, or why it is not; -1: the program does not wait.
-[[noreturn]] void serve(char const* server, int limit_ms, pid_t program, Display const& display, int report)
+/// Runs the X server for `program`, whose descriptor is `watched_program`. `report`, which is closed when the
+/// display is ready, gets an empty line then, or why it is not; -1: the program does not wait.
+[[noreturn]] void serve(char const* server, int limit_ms, pid_t program, int watched_program,
+                        Display const& display, int report)
 {
     setsid(); // a program that signals its process group does not mean us
-    auto const watched_program = static_cast<int>(syscall(SYS_pidfd_open, program, 0));
     int ready[2];
     int output[2];
     if (pipe2(ready, O_CLOEXEC) != 0 || pipe2(output, O_CLOEXEC) != 0)
@@ -244,8 +244,10 @@ void say(int to, char const* text, char const* reason)
             {output[0], POLLIN, 0}, {is_ready ? -1 : ready[0], POLLIN, 0}, {watched_program, POLLIN, 0}};
         if (poll(watched, 3, is_ready ? -1 : static_cast<int>(left)) <= 0)
             continue;
-        if (watched[2].revents != 0) // a sandbox may wait until we have ended, too
+        if (watched[2].revents != 0) { // a sandbox may wait until we have ended, too
+            kill(child, SIGKILL);
             _exit(0);
+        }
         if (watched[0].revents != 0)
             lives = tail.read_from(output[0]);
         char byte = 0;
@@ -271,13 +273,16 @@ void say(int to, char const* text, char const* reason)
 bool start_serving(char const* server, int limit_ms, Display const& display, int report)
 {
     pid_t const program = getpid();
-    pid_t const child = fork();
+    // Here: when `serve` begins, a short program may have ended, and its number be another one's.
+    auto const watched_program = static_cast<int>(syscall(SYS_pidfd_open, program, 0));
+    pid_t const child = watched_program >= 0 ? fork() : -1;
     if (child == 0) {
         pid_t const serving = fork();
         if (serving == 0)
-            serve(server, limit_ms, program, display, report);
+            serve(server, limit_ms, program, watched_program, display, report);
         _exit(serving > 0 ? 0 : 1);
     }
+    close(watched_program);
     return ends_well(child);
 }
 

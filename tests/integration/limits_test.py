@@ -512,6 +512,7 @@ class KilledServer(unittest.TestCase):
         wait_until(lambda: not os.path.exists(group), lambda: f"it is left: {group}")
         os.mkdir(group)
         self.addCleanup(lambda: os.path.isdir(group) and os.rmdir(group))
+        os.utime(group, (0, 0))  # a young one may be about to be used by a server in another PID namespace
         server.start()
         self.assertFalse(os.path.exists(group))
 
