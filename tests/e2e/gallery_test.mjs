@@ -79,7 +79,7 @@ test('one press starts a world, and its page leads back', async (t) => {
 });
 
 test('a world that has run shows its own picture from then on', { timeout: 120000 }, async (t) => {
-  const page = await openGallery(t, { patience: 90000 });
+  const page = await openGallery(t);
   const visitor = await openGallery(t);
   await visitor.locator('.world', { hasText: PATROL }).click();
   await isRunning(visitor);
@@ -177,7 +177,7 @@ test('an operator lists worlds, folders and groups, in words of the own', async 
 });
 
 test('a page that is open shows what has changed, and the focus stays', async (t) => {
-  const page = await openGallery(t, { patience: 30000 });
+  const page = await openGallery(t);
   await page.locator('.world').first().focus();
   await list(t, [WORLD], 1);
   await page.waitForSelector('body[data-worlds="1"]');

@@ -14,7 +14,6 @@ const LESSON = 'local:/demo_projects/lessons/blob/main/worlds/lesson_1_move.wbt'
 const GIVEN = await readFile(fileURLToPath(new URL('../../examples/demo_projects/lessons/controllers/move/move.py', import.meta.url)), 'utf-8');
 const WRONG = GIVEN.replace('left.setVelocity(0)', 'left.setVelocity(\'fast\')');
 const SOLVED = GIVEN.replaceAll('.setVelocity(0)', '.setVelocity(10)');
-const BUSY = { patience: 110000 }; // A world that has run waits up to 90 s where a machine has too little left: docs/visitors.md.
 const EDITOR = ':is(.cm-content, .program-text textarea)'; // with and without npm
 const WRONG_LINE = ':is(.cm-wrong, .numbers .wrong)';
 
@@ -83,14 +82,14 @@ async function programOf(student, program) {
 }
 
 test('in a class the teacher sees who runs what, reads it, gives a starting file to all, and shows one on the projector', { timeout: 300000 }, async (t) => {
-  const teacher = await openPage(t, browser, BUSY);
+  const teacher = await openPage(t, browser);
   await teacher.goto(`${server}/class/#teach`);
   await teacher.fill('#password', PASSWORD);
   await teacher.fill('#world', LESSON);
   await teacher.fill('#seats', '2');
   const { link } = await openClass(teacher);
   await until(async () => /^[12] of 2 are ready/.test(await teacher.textContent('#staged')), 'staged seats');
-  const students = { Ada: await attend(t, browser, link, 'Ada', BUSY), Grace: await attend(t, browser, link, 'Grace', BUSY) };
+  const students = { Ada: await attend(t, browser, link, 'Ada'), Grace: await attend(t, browser, link, 'Grace') };
   const runs = (name, words) => until(async () => words.test(await tile(teacher, name).locator('.program').textContent()), `${name}: ${words}`);
   for (const [name, student] of Object.entries(students)) {
     await student.waitForSelector(`${ofView} .lesson li`);
