@@ -3,6 +3,15 @@
 
 #include <boost/test/unit_test.hpp>
 
+// The leak sanitizer asks for it: what fontconfig keeps until the program ends is not ours.
+// NOLINTBEGIN(bugprone-reserved-identifier): the name is the sanitizer's
+extern "C" char const* __lsan_default_suppressions();
+extern "C" char const* __lsan_default_suppressions()
+{
+    return "leak:libfontconfig.so\n";
+}
+// NOLINTEND(bugprone-reserved-identifier)
+
 using namespace webots_cloud::demo;
 
 namespace {
