@@ -25,7 +25,7 @@ WEBOTS = """#!/bin/sh
 head -c {megabytes}M /dev/zero | sha256sum >/dev/null
 exec {folder}/demo_simulator "$@"
 """
-SLOW_MEGABYTES = 250  # about half a second of a core
+SLOW_MEGABYTES = 250  # about a second of a core
 
 
 def make_home(folder, megabytes):
@@ -103,5 +103,5 @@ def crowd(megabytes):
 
 ROWS = [
     Row(f"{STUDENTS} starts at once, as shipped, until the last robot moves", "s", "at most 1.15 × floor", 1.15, ratio("floor"), crowd(0)),
-    Row("the same with a simulator that computes for half a second", "s", "at most 1.15 × floor", 1.15, ratio("floor"), crowd(SLOW_MEGABYTES)),
+    Row("the same with a simulator that computes for a second", "s", "at most 1.15 × floor", 1.15, ratio("floor"), crowd(SLOW_MEGABYTES)),
 ]
