@@ -516,6 +516,8 @@ async function toggleEditor({ focus = true } = {}) {
     toggleConsole();
   if (focus)
     programs.focus();
+  else
+    window.scrollTo(0, 0); // on a telephone the console is below: first one sees the robot
 }
 
 // Simulators start the controllers of a world again with it.
