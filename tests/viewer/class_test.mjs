@@ -244,6 +244,26 @@ test('the teacher is told which program runs, whether it was changed, where it f
   await until(async () => (await said('state')).at(-1).program.changed === false, 'as handed out');
 });
 
+test('the teacher is told where a program does not compile, which runs only once it does', async (t) => {
+  const file = 'drive/drive.c';
+  await cloud.set('programs', { [file]: 'int main;\n' });
+  await cloud.set('compiles', ['drive']);
+  await cloud.set('compiled', { drive: { output: 'drive.c:1:5: error: no\n', error: 'No.', code: 'not-compiled', values: { controller: 'drive' } } });
+  const page = await runSimulation(t);
+  const isTold = (wanted) => until(async () => JSON.stringify((await said('state')).at(-1).program) === JSON.stringify(wanted), JSON.stringify(wanted));
+  await page.getByRole('button', { name: 'Program' }).click();
+  const text = page.getByRole('textbox', { name: 'Text of the program' });
+  await text.waitFor();
+  await until(async () => await text.inputValue() === 'int main;\n', 'the program');
+  await text.fill('int mine\n');
+  await page.getByRole('button', { name: 'Run' }).click();
+  await isTold({ file, changed: true, line: 1 });
+  await clean(page, 'compiler');
+  await cloud.set('compiled', { drive: { output: '' } });
+  await page.getByRole('button', { name: 'Run' }).click();
+  await isTold({ file, changed: true });
+});
+
 test('pictures are sent while they are wanted, as small as they are wanted', async (t) => {
   const page = await runSimulation(t);
   assert.deepEqual(await said('picture'), []);

@@ -55,6 +55,9 @@ class FakeCloud:
         self.saved = {}  # What they have made of them.
         self.lesson = None  # Of the world, as its file has it.
         self.save_error = None  # A sentence, which every save is answered with.
+        self.compiles = None  # Folders of the controllers that are compiled; None: there is no compiler.
+        self.compiled = {}  # What a page is told when it has one compiled, by folder; without it: nothing, and the test says it.
+        self.compiling = []  # What pages have had compiled: [folder, what was saved until then].
         self.controls = []  # Texts from the page to the simulator.
         self.fetching = None  # Messages of the simulation server after a start that only fetches; None: it has the project at once.
         self.class_said = []  # Messages from the pages of a class: [number of the socket, message].
@@ -258,7 +261,7 @@ class FakeCloud:
                 answer = self._about_program(json.loads(message))
                 if answer is None:
                     self.started.append(message)
-                for line in self._start(message) if answer is None else [answer]:
+                for line in self._start(message) if answer is None else filter(None, [answer]):
                     if "simulation" not in self.mute:
                         await socket.send(line)
         finally:
@@ -272,13 +275,15 @@ class FakeCloud:
         return self.launch if self.launch is not None else self.good_start()
 
     def _about_program(self, message):
-        """The answer to a message of an editor; None: it is of something else."""
+        """The answer to a message of an editor, "": none yet; None: it is of something else."""
         for key, texts in (("read", self.programs | self.saved), ("original", self.programs)):
             if key in message:
                 return "file: " + json.dumps({"path": message[key], "text" if key == "read" else key: texts[message[key]]})
         if "reset controller" in message:
             self.saved.pop(message["reset controller"], None)
             return f"reset controller: {message['reset controller']}"
+        if "compile" in message:
+            return self._compile(message["compile"])
         if "write" not in message:
             return None
         path, text = message["write"]["path"], message["write"]["text"]
@@ -286,6 +291,11 @@ class FakeCloud:
             return "file: " + json.dumps({"path": path, "error": self.save_error, "code": "not-saved", "values": {}})
         self.saved[path] = text
         return "file: " + json.dumps({"path": path, "saved": True})
+
+    def _compile(self, folder):
+        self.compiling.append([folder, dict(self.saved)])
+        answer = self.compiled.get(folder)
+        return "" if answer is None else "compiled: " + json.dumps({"folder": folder, **answer})
 
     async def _beat(self, socket):
         while True:
@@ -297,6 +307,8 @@ class FakeCloud:
         promise = ["heartbeat: 1"] if self.heartbeats else []
         files = [{"path": path, "changed": path in self.saved} for path in self.programs]
         programs = ["files: " + json.dumps(files)] if files else []
+        if self.compiles is not None:
+            programs.append("compiles: " + json.dumps(self.compiles))
         if self.lesson is not None:
             programs.append("lesson: " + json.dumps(self.lesson))
         return [*promise, "shutdownTimeout: 7200", f"webots:{self.address('simulator')}", *programs]

@@ -29,6 +29,7 @@ const EDITORS = [{
   text: (page) => page.inputValue('#programs textarea'),
   wrong: '#programs .numbers .wrong',
   wrongText: '3',
+  isPlain: true,
 }];
 if (existsSync(`${PACKAGES}/@codemirror`)) {
   const bundles = Object.fromEntries(['archive.js', 'code_mirror.js'].map((script) => [script, bundle(script)]));
@@ -90,7 +91,7 @@ each('what cannot be saved is said, and the simulation does not begin anew', asy
   const page = await openEditor(t, editor);
   await page.fill(editor.element, 'x');
   await page.click('#programs .primary');
-  await until(async () => await said(page) === 'The disk is full.', 'the sentence');
+  await until(async () => await said(page) === 'The program is not saved: The disk is full.', 'the sentence');
   assert.equal((await cloud.get('controls')).includes('reset'), false);
 });
 
@@ -215,19 +216,141 @@ each('when the project has changed meanwhile, what is different is shown, and th
   assert.equal(await page.locator('#programs .changes').isHidden(), true);
 });
 
-each('of a program that has to be compiled it is said that nobody does that', async (t, editor) => {
+each('of a program that has to be compiled, where nobody does that, it is said', async (t, editor) => {
   const page = await openEditor(t, editor, {}, { 'drive/drive.py': PROGRAM, 'drive/fast.cpp': 'int fast;\n' });
   assert.equal(await said(page), '');
   await page.selectOption('#programs select', 'drive/fast.cpp');
   await has(page, editor, 'int fast;\n');
-  assert.match(await said(page), /^This server does not compile: what you change in fast.cpp has no effect here/);
+  assert.match(await said(page), /^This server does not compile fast.cpp: what you change in it has no effect here/);
   await page.fill(editor.element, 'int slow;\n');
   await page.click('#programs .primary');
   await until(async () => await saved('drive/fast.cpp') === 'int slow;\n', 'the program');
   assert.match(await said(page), /^This server does not compile/);
+  assert.deepEqual(await cloud.get('compiling'), []);
   await page.selectOption('#programs select', 'drive/drive.py');
   await has(page, editor, PROGRAM);
   assert.equal(await said(page), '');
+});
+
+// --- programs in C
+
+const C_PROGRAM = '#include "walls.h"\n\nint main() {\n  return walls()\n}\n';
+const GCC = `cc -Wall -c drive.c -o drive.o
+drive.c: In function 'main':
+drive.c:4:17: error: expected ';' before '}' token
+    4 |   return walls()
+      |                 ^
+      |                 ;
+    5 | }
+      | ~
+make: *** [Makefile:7: drive.o] Error 1
+`;
+const DOES_NOT_COMPILE = { output: GCC, error: 'drive does not compile: look at the messages.', code: 'not-compiled', values: { controller: 'drive' } };
+const controls = async (verb) => (await cloud.get('controls')).filter((text) => text.startsWith(verb)).length;
+const messages = (page) => page.locator('#programs .messages');
+
+async function openCEditor(t, editor, compiled, options) {
+  await cloud.set('compiles', ['drive']);
+  await cloud.set('compiled', compiled);
+  await cloud.set('programs', { 'drive/drive.c': C_PROGRAM, 'drive/walls.h': 'int walls();\n', 'look/look.c': '', 'move/move.py': PROGRAM });
+  const page = await runSimulation(t, options, editor.prepare);
+  await page.click('#show-code');
+  await has(page, editor, C_PROGRAM);
+  assert.equal(await said(page), '');
+  return page;
+}
+
+each('Run compiles a program in C, also one that nobody has changed, and runs it', async (t, editor) => {
+  const page = await openCEditor(t, editor, {});
+  await page.click('#programs .primary');
+  await until(async () => await said(page) === 'Compiling drive \u2026', 'what goes on');
+  assert.equal(await page.locator('#programs .primary').isDisabled(), true);
+  await page.focus(editor.element);
+  await page.keyboard.press('Control+s');
+  const finish = () => cloud.call('send', 'simulation', `compiled: ${JSON.stringify({ folder: 'drive', output: 'cc -o drive drive.c\n' })}`);
+  await cloud.call('send', 'simulation', 'compiled: {"folder":"look","output":""}');
+  assert.equal(await controls('reset'), 0);
+  await finish();
+  await until(async () => await said(page) === 'Your program runs.', 'the run');
+  await finish(); // of which nobody knows anything any more
+  await page.click('#programs .primary');
+  await until(async () => await controls('reset') === 2, 'a second run');
+  assert.deepEqual(await cloud.get('compiling'), [['drive', {}]]);
+  assert.equal(await messages(page).isHidden(), true);
+});
+
+each('what does not compile is not run: its line is marked, and the compiler\u2019s messages are there', async (t, editor) => {
+  const page = await openCEditor(t, editor, { drive: DOES_NOT_COMPILE });
+  await page.fill(editor.element, C_PROGRAM.replace('#', '// Mine.\n#'));
+  await page.focus('#programs .primary');
+  await page.keyboard.press('Enter');
+  await until(async () => await said(page) === 'drive.c does not compile: see line 4, and the messages of the compiler.', 'the sentence');
+  assert.equal(await page.locator(editor.wrong).textContent(), editor.isPlain ? '4' : 'int main() {');
+  assert.equal(await controls('reset'), 0);
+  assert.equal(await messages(page).locator('pre').innerText(), GCC);
+  assert.equal(await messages(page).locator('.wrong').textContent(), `${GCC.split('\n')[2]}\n`);
+  assert.equal(await page.evaluate(() => document.activeElement.className), 'primary', 'the keyboard is where it was');
+  assert.deepEqual(await accessibilityFindings(page), []);
+  await cloud.set('compiled', { drive: { output: '' } });
+  await page.click('#programs .primary'); // Nothing was changed, but nothing is compiled either.
+  await until(async () => await controls('reset') === 1, 'the run');
+  assert.equal(await page.locator(editor.wrong).count(), 0);
+  assert.equal(await messages(page).isHidden(), true);
+  assert.equal((await cloud.get('compiling')).length, 2);
+});
+
+each('the line that does not compile is scrolled to', async (t, editor) => {
+  const page = await openCEditor(t, editor, { drive: { ...DOES_NOT_COMPILE, output: 'drive.c:150:1: error: no\n' } });
+  await page.fill(editor.element, 'int drive;\n'.repeat(200));
+  await page.locator(editor.element).press('Control+Home');
+  await page.click('#programs .primary');
+  const wrong = page.locator(editor.wrong);
+  await wrong.waitFor();
+  await until(() => wrong.evaluate((line) => {
+    const [{ top, bottom }, text] = [line.getBoundingClientRect(), document.querySelector('#programs .program-text').getBoundingClientRect()];
+    return top >= text.top && bottom <= text.bottom;
+  }), 'the line');
+});
+
+each('several sources of a controller are saved, and then compiled once; warnings are folded', async (t, editor) => {
+  const output = "drive.c:4:7: warning: unused variable 'x'\n";
+  const page = await openCEditor(t, editor, { drive: { output } });
+  await page.fill(editor.element, 'int drive;\n');
+  await page.selectOption('#programs select', 'drive/walls.h');
+  await has(page, editor, 'int walls();\n');
+  await page.fill(editor.element, 'int none;\n');
+  await page.selectOption('#programs select', 'move/move.py');
+  await has(page, editor, PROGRAM);
+  await page.click('#programs .primary');
+  await until(async () => await controls('reset') === 1, 'the run');
+  assert.deepEqual(await cloud.get('compiling'), [['drive', { 'drive/drive.c': 'int drive;\n', 'drive/walls.h': 'int none;\n' }]]);
+  assert.equal(await said(page), 'Your program runs.');
+  assert.equal(await messages(page).locator('pre').isHidden(), true);
+  await messages(page).locator('summary').click();
+  assert.equal(await messages(page).locator('pre').innerText(), output);
+  await page.click('#programs .primary');
+  await until(async () => await controls('reset') === 2, 'a second run');
+  assert.equal(await messages(page).isHidden(), true);
+});
+
+each('Undo everything compiles what it has put back', async (t, editor) => {
+  const page = await openCEditor(t, editor, { drive: { output: '' } });
+  await page.fill(editor.element, 'int drive;\n');
+  await page.click('#programs .primary');
+  await until(async () => await controls('reset') === 1, 'the run');
+  page.on('dialog', (dialog) => dialog.accept());
+  await page.click('#programs button:text("Undo everything")');
+  await until(async () => await controls('reset') === 2, 'the run');
+  assert.deepEqual(await cloud.get('compiling'), [['drive', { 'drive/drive.c': 'int drive;\n' }], ['drive', {}]]);
+});
+
+each('why a controller is not compiled is said in the language of the page, and which ones never are', async (t, editor) => {
+  const page = await openCEditor(t, editor, { drive: { error: 'Too long.', code: 'compiled-too-long', values: { seconds: 30 } } }, { locale: 'de-DE' });
+  await page.click('#programs .primary');
+  await until(async () => (await said(page)).startsWith('Das Kompilieren hat l\u00e4nger als 30 Sekunden gedauert'), 'the sentence');
+  assert.equal(await messages(page).isHidden(), true);
+  await page.selectOption('#programs select', 'look/look.c');
+  await until(async () => (await said(page)).startsWith('Dieser Server kompiliert look.c nicht'), 'the sentence');
 });
 
 each('long names of programs do not make a telephone scroll sideways', async (t, editor) => {

@@ -1,5 +1,5 @@
 // What a session does when its connections are silent or break: minutes of it, with a clock that does not wait. No browser is
-// needed: session_test.sh runs it.
+// needed: view_test.sh runs it.
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';

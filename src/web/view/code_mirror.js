@@ -96,6 +96,12 @@ export class CodeMirrorText {
   }
 
   mark(line) { this.#view.dispatch({ effects: mark.of(line) }); }
+
+  reveal(line) {
+    const { doc } = this.#view.state;
+    this.#view.dispatch({ effects: EditorView.scrollIntoView(doc.line(Math.min(Math.max(line, 1), doc.lines)).from, { y: 'center' }) });
+  }
+
   focus() { this.#view.focus(); }
 
   #state(text, path) {

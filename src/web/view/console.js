@@ -2,7 +2,9 @@
 
 const MOST_LINES = 1000;
 const LONGEST_LINE = 4000;
-const TERMINAL_COLOURS = /\x1b\[[0-9;]*m/g;
+const TERMINAL_COLOURS = /\x1b\[[0-9;]*[mK]/g;
+
+export const withoutColours = (text) => text.replace(TERMINAL_COLOURS, '');
 
 export class Console {
   #list;
@@ -15,7 +17,7 @@ export class Console {
 
   // Lines are shown with the next screen refresh, so that a flood of them costs one layout.
   print(stream, line) {
-    this.#pending.push([stream, line.replace(TERMINAL_COLOURS, '').slice(0, LONGEST_LINE)]);
+    this.#pending.push([stream, withoutColours(line).slice(0, LONGEST_LINE)]);
     if (this.#pending.length > MOST_LINES)
       this.#pending.shift();
     this.#frame ||= requestAnimationFrame(() => this.#flush());

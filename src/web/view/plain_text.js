@@ -42,6 +42,11 @@ export class PlainText {
     this.#number();
   }
 
+  reveal(line) {
+    const { scrollHeight, clientHeight } = this.#field;
+    this.#field.scrollTop = scrollHeight * (line / this.#numbers.childElementCount) - clientHeight / 2;
+  }
+
   focus() { this.#field.focus(); }
 
   // Tab indents; Escape, then Tab leaves the text, as in other editors.

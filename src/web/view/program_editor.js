@@ -1,7 +1,7 @@
 // An editor for the programs of a simulation, beside it: which file, its text (text_editor.js), and Run; its style is editor.css. Touches the DOM.
 
 import { difference } from './difference.js';
-import { mainOf, nameOf } from './programs.js';
+import { complaint, isSource, mainOf, nameOf } from './programs.js';
 import { createTextEditor } from './text_editor.js';
 import { say } from './texts.js';
 
@@ -19,6 +19,9 @@ export class ProgramEditor {
   #changes = make('details', { className: 'changes', open: true, hidden: true }); // of what is here, to the project's program
   #changesTitle = make('summary');
   #changesText = make('pre', { tabIndex: 0 });
+  #messages = make('details', { className: 'messages', hidden: true }); // of the compiler
+  #messagesTitle = make('summary');
+  #messagesText = make('pre', { tabIndex: 0 });
   #runs = make('button', { type: 'button', className: 'primary' });
   #undoes = make('button', { type: 'button' });
   #saves = make('button', { type: 'button' });
@@ -31,6 +34,7 @@ export class ProgramEditor {
   #keeping = 0;
   #wrong = new Map(); // path -> line
   #outdated = new Set(); // paths whose original is another one than when they were written
+  #isBusy = false;
   #saidStatus = () => '';
 
   // `kept`: KeptPrograms of the world. `run()` has the simulation begin anew. `lesson`: the element above the text.
@@ -83,9 +87,9 @@ export class ProgramEditor {
     this.#warnOf([path]);
   }
 
-  // Of files that have no effect until somebody compiles them.
+  // Of files that have no effect, since nobody compiles them.
   #warnOf(paths) {
-    const path = paths.find(isCompiled);
+    const path = paths.find((each) => isSource(each) && !this.#programs.canCompile(each));
     if (path !== undefined)
       this.#tell(() => say('code.notCompiled', { file: path.split('/').pop() }), true);
   }
@@ -115,14 +119,11 @@ export class ProgramEditor {
     }));
   }
 
-  // Saves what was changed, and has the simulation begin anew with it.
-  async run() {
-    this.#keep();
-    this.#wrong.clear();
-    this.#mark();
-    this.#runs.disabled = true;
-    const saved = [];
-    try {
+  // Saves what was changed, compiles it where that is needed, and has the simulation begin anew with it.
+  run() {
+    return this.#alone(async () => {
+      this.#keep();
+      const saved = [];
       for (const [path, draft] of this.#drafts) {
         if (this.#texts.get(path) === draft)
           continue;
@@ -130,22 +131,71 @@ export class ProgramEditor {
         this.#texts.set(path, draft);
         saved.push(path);
       }
-      this.#run();
+      await this.#begin();
       this.#tell(() => say('code.runs'));
       this.#warnOf(saved);
-    } catch (error) {
-      this.#tell(() => error.message, true);
-    } finally {
-      this.#runs.disabled = false;
+    });
+  }
+
+  // What does not compile leaves the simulation as it is.
+  async #begin() {
+    let printed = '';
+    for (const folder of this.#programs.toCompile(this.#path)) {
+      this.#tell(() => say('code.compiling', { controller: folder }));
+      printed += await this.#programs.compile(folder);
     }
+    if (/\bwarning\b/.test(printed))
+      this.#showMessages(printed, false);
+    this.#run();
+  }
+
+  // One thing at a time: what is pressed meanwhile has no effect.
+  async #alone(action) {
+    if (this.#isBusy)
+      return;
+    const hadFocus = this.#runs.matches(':focus');
+    this.#isBusy = this.#runs.disabled = this.#undoes.disabled = true;
+    this.#wrong.clear();
+    this.#mark();
+    this.#messages.hidden = true;
+    try {
+      await action();
+    } catch (error) {
+      this.#tellFailure(error);
+    } finally {
+      this.#isBusy = this.#runs.disabled = this.#undoes.disabled = false;
+      if (hadFocus && (this.#runs.getRootNode().activeElement ?? document.body) === document.body)
+        this.#runs.focus();
+    }
+  }
+
+  #tellFailure({ message, output, wrong }) {
+    this.#tell(() => message, true);
+    if (output)
+      this.#showMessages(output, true);
+    if (wrong)
+      this.#showWrong(wrong, () => say('code.doesNotCompile', { file: wrong.path.split('/').pop(), line: wrong.line }));
+    if (wrong?.path === this.#path)
+      this.#text.reveal(wrong.line);
+    this.#status.scrollIntoView({ block: 'nearest' }); // on a telephone it may be below
+  }
+
+  // What make and the compiler have printed, from where they complain first.
+  #showMessages(text, open) {
+    const paths = this.#programs.list.map(({ path }) => path);
+    const kindOf = (line) => (complaint(line, paths) ? 'wrong' : /^ *\d* \|/.test(line) ? 'source' : ''); // "source": with an arrow below it
+    const lines = text.trimEnd().split('\n').map((line) => make('span', { className: kindOf(line), textContent: `${line}\n` }));
+    this.#messagesText.replaceChildren(...lines);
+    Object.assign(this.#messages, { open, hidden: false });
+    this.#messagesText.scrollTop = (lines.find(({ className }) => className === 'wrong')?.offsetTop ?? 0) - this.#messagesText.offsetTop;
   }
 
   // Every program is as the project has it, here and in the simulation.
   async undoAll() {
     if (!confirm(say('code.undoSure')))
       return;
-    clearTimeout(this.#keeping);
-    try {
+    await this.#alone(async () => {
+      clearTimeout(this.#keeping);
       for (const path of new Set([...this.#drafts.keys(), ...this.#programs.list.map(({ path }) => path)])) {
         this.#kept.remove(path);
         const isOurs = this.#drafts.has(path) && this.#texts.get(path) !== this.#originals.get(path);
@@ -155,11 +205,9 @@ export class ProgramEditor {
       this.#drafts.clear();
       this.#outdated.clear();
       await this.open(this.#path);
-      this.#run();
+      await this.#begin();
       this.#tell(() => say('code.undone'));
-    } catch (error) {
-      this.#tell(() => error.message, true);
-    }
+    });
   }
 
   // What is in the editor: {file, text}, or null.
@@ -178,9 +226,13 @@ export class ProgramEditor {
 
   // What the console complains of is shown at its line.
   complain(found) {
-    this.#wrong.set(found.path, found.line);
-    this.#tell(() => say('code.wrong', { file: found.path.split('/').pop(), line: found.line }), true);
-    if (found.path === this.#path)
+    this.#showWrong(found, () => say('code.wrong', { file: found.path.split('/').pop(), line: found.line }));
+  }
+
+  #showWrong({ path, line }, text) {
+    this.#wrong.set(path, line);
+    this.#tell(text, true);
+    if (path === this.#path)
       this.#mark();
   }
 
@@ -195,6 +247,7 @@ export class ProgramEditor {
     this.#brings.textContent = say('code.upload');
     this.#brings.title = say('code.uploadWhat');
     this.#changesTitle.textContent = say('code.changes');
+    this.#messagesTitle.textContent = say('code.messages');
     this.#status.textContent = this.#saidStatus();
   }
 
@@ -203,7 +256,8 @@ export class ProgramEditor {
     head.append(this.#files, this.#runs, this.#undoes, this.#brings, this.#saves, this.#picker);
     this.#status.setAttribute('role', 'status');
     this.#changes.append(this.#changesTitle, this.#changesText);
-    this.#element.append(lesson, head, this.#text.element, this.#status, this.#changes);
+    this.#messages.append(this.#messagesTitle, this.#messagesText);
+    this.#element.append(lesson, head, this.#text.element, this.#status, this.#messages, this.#changes);
     this.#files.addEventListener('change', () => {
       this.#tell(() => '');
       this.open(this.#files.value);
@@ -270,9 +324,6 @@ export class ProgramEditor {
     this.#status.classList.toggle('problem', problem);
   }
 }
-
-// Servers start controllers as they are; only whoever builds a project compiles.
-const isCompiled = (path) => /\.(c|cc|cpp|cxx|h|hh|hpp|java)$|\/Makefile$/.test(path);
 
 function offer(blob, download) {
   const link = make('a', { href: URL.createObjectURL(blob), download });

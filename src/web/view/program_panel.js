@@ -40,10 +40,11 @@ export class ProgramPanel {
   // What the simulation runs: {file, changed, line, goal}, where Python or a compiler complains of a line, and the goal of a lesson was reached
   // after so many milliseconds; or null, where there is nothing to change.
   get running() {
-    const file = this.#wrong?.path ?? this.#programs.main;
+    const wrong = this.#programs.wrong ?? this.#wrong;
+    const file = wrong?.path ?? this.#programs.main;
     if (file === undefined)
       return null;
-    return { file, changed: this.#programs.isChanged(file), line: this.#wrong?.line, goal: this.#lesson.goal ?? undefined };
+    return { file, changed: this.#programs.isChanged(file), line: wrong?.line, goal: this.#lesson.goal ?? undefined };
   }
 
   // The editor's element. Rejects where the editor cannot be loaded.

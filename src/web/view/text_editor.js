@@ -11,6 +11,7 @@ import { PlainText } from './plain_text.js';
 //   text
 //   readOnly, label   can be set; it is read-only first
 //   mark(line)        where something is wrong, from 1 on; null: nowhere
+//   reveal(line)      scrolls there
 //   focus()
 export async function createTextEditor(events) {
   try {
