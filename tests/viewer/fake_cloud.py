@@ -295,7 +295,7 @@ class FakeCloud:
     def _compile(self, folder):
         self.compiling.append([folder, dict(self.saved)])
         answer = self.compiled.get(folder)
-        return "" if answer is None else "compiled: " + json.dumps({"folder": folder, **answer})
+        return "" if answer is None else "compiled: " + json.dumps({"controller": folder, **answer})
 
     async def _beat(self, socket):
         while True:

@@ -267,8 +267,8 @@ each('Run compiles a program in C, also one that nobody has changed, and runs it
   assert.equal(await page.locator('#programs .primary').isDisabled(), true);
   await page.focus(editor.element);
   await page.keyboard.press('Control+s');
-  const finish = () => cloud.call('send', 'simulation', `compiled: ${JSON.stringify({ folder: 'drive', output: 'cc -o drive drive.c\n' })}`);
-  await cloud.call('send', 'simulation', 'compiled: {"folder":"look","output":""}');
+  const finish = () => cloud.call('send', 'simulation', `compiled: ${JSON.stringify({ controller: 'drive', output: 'cc -o drive drive.c\n' })}`);
+  await cloud.call('send', 'simulation', 'compiled: {"controller":"look","output":""}');
   assert.equal(await controls('reset'), 0);
   await finish();
   await until(async () => await said(page) === 'Your program runs.', 'the run');

@@ -34,7 +34,7 @@ function openPrograms({ compiles = ['drive', 'walk'], changed = [] } = {}) {
   };
   const compile = async (folder, answer) => {
     const compiled = programs.compile(folder);
-    tell('compiled', { folder, ...answer });
+    tell('compiled', { controller: folder, ...answer });
     return compiled;
   };
   list();
@@ -103,13 +103,13 @@ test('where nothing compiles, nothing is to be compiled', async () => {
 
 test('answers that nobody waits for change nothing', async () => {
   const { programs, tell, compile } = openPrograms();
-  tell('compiled', { folder: 'drive', output: '' });
-  tell('compiled', { folder: 'drive', output: GCC, error: 'No.' });
+  tell('compiled', { controller: 'drive', output: '' });
+  tell('compiled', { controller: 'drive', output: GCC, error: 'No.' });
   programs.receive('compiled: {');
   assert.deepEqual(programs.toCompile('drive/drive.c'), ['drive']);
   assert.equal(programs.wrong, null);
   await compile('drive', { output: '' });
-  tell('compiled', { folder: 'drive', output: GCC, error: 'No.' });
+  tell('compiled', { controller: 'drive', output: GCC, error: 'No.' });
   assert.deepEqual(programs.toCompile('drive/drive.c'), []);
 });
 
@@ -118,7 +118,7 @@ test('after a return the page asks again for what it was not answered', async ()
   const compiled = programs.compile('drive');
   list();
   assert.deepEqual(said, [{ compile: 'drive' }, { compile: 'drive' }]);
-  tell('compiled', { folder: 'drive', output: 'cc' });
+  tell('compiled', { controller: 'drive', output: 'cc' });
   assert.equal(await compiled, 'cc');
   list();
   assert.equal(said.length, 2);

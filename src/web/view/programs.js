@@ -57,13 +57,13 @@ export class Programs extends EventTarget {
       this.#settle(path, name, value);
   }
 
-  #takeCompiled({ folder, output, error, code, values }) {
+  #takeCompiled({ controller, output, error, code, values }) {
     const text = withoutColours(String(output ?? ''));
     if (error === undefined)
-      return this.#settle(folder, 'compiled', text);
-    const sources = this.#list.map(({ path }) => path).filter((path) => folderOf(path) === folder);
+      return this.#settle(controller, 'compiled', text);
+    const sources = this.#list.map(({ path }) => path).filter((path) => folderOf(path) === controller);
     const complaints = text.split('\n').map((line) => complaint(line, sources));
-    this.#refuse(folder, Object.assign(new Error(inOurWords(error, code, values)), { output: text, wrong: complaints.find((each) => each !== null) ?? null }));
+    this.#refuse(controller, Object.assign(new Error(inOurWords(error, code, values)), { output: text, wrong: complaints.find((each) => each !== null) ?? null }));
   }
 
   // The promises are rejected with what the server says.
