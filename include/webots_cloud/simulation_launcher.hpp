@@ -29,6 +29,15 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 
 class SlurmMode;
 
+/// With what controllers in C and C++ are compiled.
+struct ControllerCompiler
+{
+    ControllerCompiler() = default;
+
+    std::filesystem::path make; ///< Absolute. Empty: nothing is compiled.
+    std::filesystem::path home; ///< `WEBOTS_HOME`, absolute; simulations can see it.
+};
+
 /// What SimulationLauncher obeys, and what it has been given on this machine.
 struct SimulationLauncherParams
 {
@@ -49,6 +58,9 @@ struct SimulationLauncherParams
     bool old_webots_tls = false;
     /// Our own environment, of which simulators get only what they need.
     std::vector<std::pair<std::string, std::string>> environment;
+    /// Compiles within the walls of the simulation. Only for processes of this machine. Default: nothing
+    /// does.
+    ControllerCompiler compiler;
     /// How simulators are confined. Default: not at all. With containers Docker does it.
     SandboxParams sandbox;
     /// With `config.gateway`: an absolute folder that only we may enter, of at most 100 bytes. Simulators
@@ -151,6 +163,30 @@ using SimulationEvent =
     std::variant<SimulationProgress, SimulationAllocated, SimulationReady, SimulationHeartbeat,
                  SimulationActivity, SimulationExternRobot, SimulationEnded>;
 
+/// A controller of the project that is to be compiled.
+struct ControllerSources
+{
+    ControllerSources() = default;
+    ControllerSources(std::string name, std::filesystem::path folder, bool has_makefile)
+        : name(std::move(name)), folder(std::move(folder)), has_makefile(has_makefile)
+    {}
+
+    std::string name;             ///< For messages.
+    std::filesystem::path folder; ///< In the instance directory; absolute.
+    bool has_makefile = false;    ///< Of its own.
+};
+
+/// What came of that.
+struct Compilation
+{
+    Compilation() = default;
+
+    std::string output; ///< What was printed: any bytes, the first 20,000 of them.
+    /// Errors: `refused`: nothing is compiled here; `invalid_argument`: the sources are wrong; `timed_out`
+    /// after 30 seconds; `start_failed`. The detail is a sentence for the browser.
+    result<> outcome;
+};
+
 /// A started simulator. Destroying it kills what still runs, and returns its port to the pool.
 class Simulation
 {
@@ -193,6 +229,13 @@ public:
     /// Cancellation: terminal.
     /// Errors: `unavailable`; the detail is a sentence for the browser.
     virtual boost::asio::awaitable<result<>> put_back(std::filesystem::path file) = 0;
+
+    /// Compiles a controller within the walls of the simulator; where that has a network of its own, the
+    /// compiler has none. What it writes counts as the simulator's, but its processes and memory have limits
+    /// of their own. Nothing of it runs any more when this has ended.
+    ///
+    /// Cancellation: terminal; then the outcome is `operation_aborted`.
+    virtual boost::asio::awaitable<Compilation> compile(ControllerSources sources) = 0;
 
     /// What the simulator and everything that it started have consumed. The simulation may be destroyed while
     /// this runs.

@@ -3,6 +3,7 @@
 #include "launch_backends.hpp"
 
 #include "core/docker/docker_leftovers.hpp"
+#include "core/simulation/controller_compiler.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/slurm/job_command.hpp"
 #include "core/text.hpp"
@@ -104,6 +105,19 @@ void tell_environment(SimulationLauncherParams const& params, Logger const& log)
         log.warning(warning);
 }
 
+/// Programs of containers and jobs are not compiled: these have tools of their own, or none.
+ControllerCompiler find_compiler(SimulationConfig const& config, core::SimulatorChoice const& simulator)
+{
+    ControllerCompiler found;
+    bool const can_be = !config.docker && !config.slurm && !find_program("cc").empty();
+    std::error_code failed;
+    if (!can_be || !fs::exists(core::common_makefile(simulator.home), failed))
+        return found;
+    found.make = find_program("make");
+    found.home = simulator.home;
+    return found;
+}
+
 } // namespace
 
 asio::awaitable<result<LaunchBackends>> open_backends(SimulationConfig const& config,
@@ -167,6 +181,9 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, Simulat
     }
     params.sandbox = machine.trial.sandbox.params;
     params.webots = machine.simulator.program;
+    params.compiler = find_compiler(config, machine.simulator);
+    if (config.service.allow_edit && params.compiler.make.empty())
+        log.info("Programs in C and C++ are not compiled here (docs/access.md, \"Who may change programs\")");
     params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
     params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite &&
                             config.address.path.empty();

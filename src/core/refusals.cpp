@@ -301,6 +301,12 @@ constexpr std::array<RefusalRow, static_cast<std::size_t>(R::count)> table{{
      "Only text can be saved, without control characters."},
     {R::too_many_programs, "not-saved", errc::too_large, everywhere,
      "A simulation may have {max} programs at most. Please put the text into one that is there."},
+    {R::no_compiler, "no-compiler", errc::refused, everywhere,
+     "This server can't compile {controller}."},
+    {R::not_compiled, "not-compiled", errc::invalid_argument, everywhere,
+     "{controller} does not compile: look at the messages of the compiler."},
+    {R::compiled_too_long, "compiled-too-long", errc::timed_out, everywhere,
+     "{controller} was not compiled within {seconds} seconds. Please make it smaller."},
 
     {R::no_machine, "no-machine", errc::unavailable, full,
      "no simulation server available at the moment.", pythons},

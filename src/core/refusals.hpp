@@ -160,6 +160,9 @@ enum class Refused : std::uint8_t
     program_too_large,
     program_no_text,
     too_many_programs,
+    no_compiler,
+    not_compiled,
+    compiled_too_long,
 
     // Session servers.
     no_machine,

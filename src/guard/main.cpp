@@ -85,7 +85,8 @@
 //
 // --user runs the program as another user, which only root can do: FOLDER becomes that user's, with a folder
 // HOME in it and a copy of the file AUTHORITY, and so the program can neither signal the guard and its server
-// nor read their files. PATHs are reached even below folders of root's. See user.hpp.
+// nor read their files. PATHs are reached even below folders of root's. With an empty FOLDER nothing
+// changes hands: the program runs beside one of the same user. See user.hpp.
 //
 // --subordinate: we enter the user namespace whose descriptor we get as number 3, are root in there, and do
 // as root does. --make-users makes that namespace and sends its descriptor over the socket: see
@@ -594,7 +595,7 @@ public:
     /// When no process of the user is left.
     void take_back()
     {
-        if (user_.is_subordinate && !is_back_)
+        if (user_.is_subordinate && *user_.folder != '\0' && !is_back_)
             webots_cloud::guard::take_back(user_.folder); // else the server tries
         is_back_ = true;
     }

@@ -169,6 +169,8 @@ bool take_user(int& argc, char**& argv, User& user)
 
 bool hand_over(User const& user)
 {
+    if (*user.folder == '\0')
+        return true;
     if (mkdir(user.home, 0700) != 0) // nor if the project has it: it could be a link
         return false;
     int const home = open(user.home, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -187,6 +189,8 @@ bool show_to(User const& user)
 {
     std::vector<Shown> all;
     auto const look_at = [&](char const* path) {
+        if (*path == '\0')
+            return;
         Shown shown;
         shown.path = path;
         shown.barrier = find_barrier(user, shown.path);

@@ -16,7 +16,8 @@ struct User
     uid_t user = 0;
     gid_t groups[max_groups] = {}; ///< The first is the user's own.
     int group_count = 0;
-    char const* folder = nullptr;    ///< Becomes the user's with everything in it, and nobody else's.
+    /// Becomes the user's with everything in it, and nobody else's. Empty: nothing changes hands.
+    char const* folder = nullptr;
     char const* home = nullptr;      ///< Made in `folder`, for `HOME`.
     char const* authority = nullptr; ///< The file of a display's password, copied to `<home>/Xauthority`.
     /// What the user has to reach besides `folder`, even below folders of root's.

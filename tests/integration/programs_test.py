@@ -137,6 +137,55 @@ class Programs(unittest.IsolatedAsyncioTestCase):
                 self.assertFalse([text for text in browser.told if text.startswith("files:")])
             simulation.close()
 
+    async def compile(self, browser, controller):
+        await browser.socket.send(json.dumps({"compile": controller}))
+        return json.loads((await browser.hear("compiled: ")).removeprefix("compiled: "))
+
+    async def compiled(self, browser, **files):
+        """What comes of compiling these files of the controller `fly`."""
+        for name, text in files.items():
+            self.assertTrue((await self.save(browser, "fly/" + name.replace("fly_c", "fly.c"), text))["saved"])
+        return await self.compile(browser, "fly")
+
+    def running_with_a_program_in_c(self):
+        for program in ("make", "cc"):
+            if not shutil.which(program):
+                self.skipTest(f"{program} is not installed")
+        simulation = self.running()
+        self.write(os.path.join(self.folder, "o", "lesson", "controllers", "fly", "fly.c"), "int main(void) { return 0; }\n")
+        return simulation
+
+    async def test_a_program_in_c_is_compiled(self):
+        """With the makefile of the simulator; what is wrong is told with its line."""
+        simulation = self.running_with_a_program_in_c()
+        async with self.simulating(simulation) as browser:
+            self.assertEqual(json.loads((await browser.hear("compiles: ")).removeprefix("compiles: ")), ["fly"])
+            wrong = await self.compiled(browser, fly_c="int main(void) {\n  return x;\n}\n")
+            self.assertEqual(wrong["code"], "not-compiled")
+            self.assertRegex(wrong["output"], r"fly\.c:2:\d+: error: ")
+            right = await self.compiled(browser, fly_c="int main(void) { return 0; }\n")
+            self.assertNotIn("error", right)
+            self.assertTrue(os.access(os.path.join(self.place(simulation), "fly", "fly"), os.X_OK))
+            self.assertEqual((await self.compile(browser, "drive"))["code"], "no-compiler")
+        simulation.wait_until_clean()
+
+    async def test_a_makefile_does_no_harm(self):
+        """It runs as the programs of the simulation do, and nobody waits for it."""
+        simulation = self.running_with_a_program_in_c()
+        async with self.simulating(simulation) as browser, self.simulating(simulation) as bystander:
+            told = await self.compiled(browser, Makefile=f"all:\n\tcat {self.outside}\n")
+            self.assertEqual(told.get("code"), "not-compiled" if self.walls else None)
+            self.assertEqual(SECRET.strip() in told["output"], not self.walls)
+            told = await self.compiled(browser, Makefile="all:\n\tyes\n")
+            self.assertEqual(told["code"], "not-compiled")
+            self.assertLess(len(json.dumps(told)), 64 << 10)
+            await self.save(browser, "fly/Makefile", "all:\n\ttrap '' TERM; while :; do sleep 1; done\n")
+            await browser.socket.send(json.dumps({"compile": "fly"}))
+            for page in (browser, bystander):
+                self.assertEqual((await self.ask(page, read="drive/drive.py"))["text"], PROGRAM)
+        # The page has left: what it wanted is compiled no more.
+        simulation.wait_until_clean()
+
     async def test_what_a_simulation_plants_is_never_followed_or_read(self):
         simulation = self.running()
         async with self.simulating(simulation) as browser:

@@ -55,8 +55,9 @@ struct ProcessUser
     int user_namespace = -1;
     std::uint32_t user = 0;
     std::uint32_t group = 0;
-    std::vector<std::uint32_t> groups;          ///< Further ones.
-    std::filesystem::path folder;               ///< Becomes the user's with everything in it.
+    std::vector<std::uint32_t> groups; ///< Further ones.
+    /// Becomes the user's with everything in it. Empty: nothing changes hands, and no home is made.
+    std::filesystem::path folder;
     std::filesystem::path home;                 ///< Is made in `folder`.
     std::filesystem::path x_authority;          ///< Is copied to `<home>/Xauthority`; empty: there is none.
     std::vector<std::filesystem::path> visible; ///< What it has to reach, even below folders of root's.

@@ -115,6 +115,14 @@ ClientMessage read_write(json::value const& value)
                 : no_file_name("path");
 }
 
+ClientMessage read_compile(json::value const& value)
+{
+    auto const* controller = value.if_string();
+    if (!controller || !is_safe_file_name(*controller))
+        return MalformedMessage{"\"compile\" must be \"<controller>\""};
+    return CompileMessage{std::string(*controller)};
+}
+
 ClientMessage read_stage(json::value const& value)
 {
     auto message = read_stage_message(value);
@@ -196,6 +204,8 @@ ClientMessage parse_client_message(std::string_view text)
         return read_read(*original, true);
     if (auto const* write = object->if_contains("write"))
         return read_write(*write);
+    if (auto const* compile = object->if_contains("compile"))
+        return read_compile(*compile);
     if (auto const* stage = object->if_contains("stage"))
         return read_stage(*stage);
     return UnknownMessage{};

@@ -90,6 +90,14 @@ struct WriteFileMessage
     bool operator==(WriteFileMessage const&) const = default;
 };
 
+/// `{"compile":"<controller>"}`: a page wants the sources of this folder below `controllers/` compiled.
+struct CompileMessage
+{
+    std::string controller;
+
+    bool operator==(CompileMessage const&) const = default;
+};
+
 /// All messages that request a simulation: `start`, or
 /// `{"init":["<host>","<project>","<file>.wbt",...]}`, which browsers sent until 2021 and the pages of
 /// websites still do.
@@ -97,7 +105,7 @@ using SimulationRequest = std::variant<StartMessage, WebsiteProject>;
 
 using ClientMessage =
     std::variant<SimulationRequest, ReconnectMessage, ExtendMessage, ResetControllerMessage, ReadFileMessage,
-                 WriteFileMessage, StageMessage, UnknownMessage, MalformedMessage>;
+                 WriteFileMessage, CompileMessage, StageMessage, UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);

@@ -11,6 +11,7 @@
 #include <boost/json/serialize.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <utility>
 
@@ -20,6 +21,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t longest_name = 200;
+constexpr std::array<std::string_view, 4> source_endings{".c", ".cpp", ".cc", ".cxx"};
 constexpr std::size_t most_scanned = 1 << 20; // bytes of a world: strangers write larger ones
 
 // A person saves every few seconds; what an editor saves by itself may come in a burst.
@@ -29,6 +31,27 @@ constexpr int saves_at_once = 20;
 std::string file_text(json::object const& object)
 {
     return concat("file: ", json::serialize(object));
+}
+
+/// Of those that makefiles of Webots look for.
+bool is_source(std::string_view file)
+{
+    return std::any_of(source_endings.begin(), source_endings.end(),
+                       [file](std::string_view ending) { return file.ends_with(ending); });
+}
+
+/// For people, in their language.
+void add_failure(json::object& object, Failure const& failure)
+{
+    object["error"] = failure.message();
+    auto const* const info = failure.info();
+    if (!info)
+        return;
+    json::object values;
+    for (auto const& [name, value] : info->arguments)
+        values[name] = value;
+    object["code"] = info->code;
+    object["values"] = std::move(values);
 }
 
 /// The names in `controller "NAME"`, wherever they stand.
@@ -124,6 +147,34 @@ result<> EditableFiles::may_save(std::string_view file, std::string_view text, T
     return {};
 }
 
+std::vector<std::string> EditableFiles::compiled_controllers() const
+{
+    std::vector<std::string> controllers;
+    for (auto const& [name, file] : texts_) {
+        auto const slash = name.find('/');
+        auto const controller = name.substr(0, slash);
+        bool const is_direct = name.find('/', slash + 1) == std::string::npos;
+        if (is_direct && is_source(name) && (controllers.empty() || controllers.back() != controller))
+            controllers.push_back(controller);
+    }
+    return controllers;
+}
+
+bool EditableFiles::has_makefile(std::string_view controller) const
+{
+    return texts_.contains(concat(controller, "/Makefile"));
+}
+
+result<> EditableFiles::may_compile(std::string_view controller, TimePoint now)
+{
+    if (!saves_.take(now, between_saves, saves_at_once))
+        return refused(Refused::saved_too_often);
+    auto const known = compiled_controllers();
+    if (std::find(known.begin(), known.end(), controller) == known.end())
+        return refused(Refused::no_compiler, {{"controller", printable(controller, longest_name)}});
+    return {};
+}
+
 void EditableFiles::saved(std::string file, std::string text)
 {
     auto const [place, is_new] = texts_.try_emplace(std::move(file));
@@ -149,15 +200,29 @@ std::string file_saved_message(std::string_view file)
 
 std::string file_error_message(std::string_view file, Failure const& failure)
 {
-    json::object object{{"path", file}, {"error", failure.message()}};
-    if (auto const* const info = failure.info()) {
-        json::object values;
-        for (auto const& [name, value] : info->arguments)
-            values[name] = value;
-        object["code"] = info->code;
-        object["values"] = std::move(values);
-    }
+    json::object object{{"path", file}};
+    add_failure(object, failure);
     return file_text(object);
+}
+
+std::string compiles_message(std::vector<std::string> const& controllers)
+{
+    json::array list;
+    for (auto const& controller : controllers)
+        list.emplace_back(controller);
+    return concat("compiles: ", json::serialize(list));
+}
+
+std::string compiled_message(std::string_view controller, std::string_view output, result<> const& outcome)
+{
+    std::string text;
+    for (auto const line : split(output, '\n'))
+        text.append(printable(line)).append("\n");
+    text.erase(text.find_last_not_of('\n') + 1);
+    json::object object{{"controller", controller}, {"output", text}};
+    if (!outcome)
+        add_failure(object, outcome.error());
+    return concat("compiled: ", json::serialize(object));
 }
 
 } // namespace webots_cloud::core

@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::core {
 
@@ -57,6 +58,18 @@ public:
     /// text; `refused`: saved too often.
     result<> may_save(std::string_view file, std::string_view text, TimePoint now);
 
+    /// The folders with sources in C or C++ that a makefile finds: directly in them, and not in folders
+    /// below.
+    std::vector<std::string> compiled_controllers() const;
+
+    /// The folder has a makefile of its own, as it is now.
+    bool has_makefile(std::string_view controller) const;
+
+    /// Whether this folder may be compiled now; every call counts, as of `may_save`.
+    ///
+    /// Errors: `not_found`: there are no such sources; `refused`: asked too often.
+    result<> may_compile(std::string_view controller, TimePoint now);
+
     /// It has been written.
     void saved(std::string file, std::string text);
 
@@ -83,6 +96,13 @@ private:
 /// What the page is told of one file: `file: {"path":"drive/drive.py","text":"..."}`, with `original` instead
 /// of `text` for a text as it was fetched.
 std::string file_message(std::string_view file, std::string_view text, bool original);
+
+/// `compiles: ["drive","walk"]`: these can be compiled here.
+std::string compiles_message(std::vector<std::string> const& controllers);
+
+/// `compiled: {"controller":"drive","output":"..."}`, with `error`, `code` and `values` as below if it has
+/// failed. `output`: what was printed, any bytes.
+std::string compiled_message(std::string_view controller, std::string_view output, result<> const& outcome);
 
 /// `file: {"path":"drive/drive.py","saved":true}`
 std::string file_saved_message(std::string_view file);

@@ -37,16 +37,19 @@ result<SimulatorChoice> choose_simulator(fs::path const& configured_home, fs::pa
     SimulatorChoice choice;
     if (auto const& home = configured_home.empty() ? environment_home : configured_home; !home.empty()) {
         choice.program = home / "webots";
+        choice.home = home;
         return choice;
     }
     std::string looked_at;
     for (auto const* const candidate : usual_programs) {
         choice.program = candidate;
+        choice.home = choice.program.parent_path();
         if (is_program(choice.program))
             return choice;
         looked_at += concat(looked_at.empty() ? "" : ", ", candidate);
     }
     choice.program = our_programs / "webots-demo-simulator";
+    choice.home = our_programs.parent_path() / "share/webots_cloud/demo_simulator";
     if (!is_program(choice.program))
         return Failure(errc::not_found,
                        concat("no Webots found at ", looked_at, ", and no demo simulator at ",

@@ -14,6 +14,7 @@ struct SimulatorChoice
     SimulatorChoice() = default;
 
     std::filesystem::path program; ///< Absolute.
+    std::filesystem::path home;    ///< What `WEBOTS_HOME` is for makefiles of controllers.
     std::string notice;            ///< Not empty when it is not Webots.
 };
 

@@ -1,5 +1,7 @@
-// Decisions: core/simulation/launch_plan, core/simulation/simulator_environment.
+// Decisions: core/simulation/launch_plan, core/simulation/controller_compiler,
+// core/simulation/simulator_environment.
 #include "core/sandbox/simulation_user.hpp"
+#include "core/simulation/controller_compiler.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "service/sandbox/confine.hpp"
@@ -34,6 +36,9 @@ public:
                spec.instance);
         co_return plan;
     }
+
+    ProcessSpec compiler(LaunchPlan const& plan, std::filesystem::path const& instance,
+                         ControllerSources const& sources) override;
 
     void forget(LaunchPlan const&) noexcept override {}
 
@@ -82,6 +87,30 @@ ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t por
         process.argv =
             core::webots_command(params_.webots, spec.mode, port, spec.world, spec.names_extern_robots);
     }
+    return process;
+}
+
+ProcessSpec NativeRuntime::compiler(LaunchPlan const& plan, std::filesystem::path const& instance,
+                                    ControllerSources const& sources)
+{
+    ProcessSpec process;
+    process.argv = core::compile_command(params_.compiler, sources);
+    process.environment =
+        core::simulator_environment(params_.environment, params_.config.simulator_environment, {});
+    process.directory = sources.folder;
+    process.grace = Duration::zero(); // it has nothing to save
+    process.limits = params_.limits;
+    if (!params_.sandbox.is_none()) {
+        auto sandbox = params_.sandbox;
+        sandbox.read_only.push_back(params_.compiler.home);
+        confine(process, sandbox, instance, 0);
+        if (process.network.reach == ProcessNetwork::Reach::internet)
+            process.network.reach = ProcessNetwork::Reach::none;
+    }
+    for (auto const& [name, value] : core::compile_variables(params_.compiler))
+        core::set_variable(process.environment, name, value);
+    if (plan.process.user)
+        run_beside(process, params_.sandbox, *plan.process.user, instance);
     return process;
 }
 

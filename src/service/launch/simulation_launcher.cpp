@@ -19,6 +19,7 @@
 #include "core/simulation/webots_output.hpp"
 #include "core/slurm/job_output.hpp"
 #include "core/text.hpp"
+#include "run_compiler.hpp"
 #include "service/run_program.hpp"
 #include "simulator_runtime.hpp"
 
@@ -118,9 +119,10 @@ public:
                       std::unique_ptr<Process> process, ProcessHost& processes, Clock& clock, Logger log,
                       LaunchSpec spec, SimulatorRuntime& runtime, LaunchPlan plan)
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
-          log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
-          runtime_(runtime), plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
-          names_extern_robots_(spec.names_extern_robots), limits_(params.limits),
+          log_(std::move(log)), label_(std::move(spec.label)), instance_(std::move(spec.instance)),
+          output_(std::move(spec.output)), runtime_(runtime), plan_(std::move(plan)),
+          through_gateway_(uses_gateway(params, spec)), names_extern_robots_(spec.names_extern_robots),
+          limits_(params.limits),
           state_(clock.now(), params.config.start_timeout, params.config.timeout, params.config.extendable)
     {
         if (!plan_.job.empty())
@@ -141,6 +143,7 @@ public:
     Duration extendable() const noexcept override { return state_.extendable(); }
     std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }
     asio::awaitable<result<>> put_back(std::filesystem::path file) override;
+    asio::awaitable<Compilation> compile(ControllerSources sources) override;
     asio::awaitable<ProcessUsage> usage() override
     {
         return plan_.job.empty() ? process_->usage() : known_usage(job_usage_);
@@ -181,6 +184,7 @@ private:
     Clock& clock_;
     Logger log_;
     std::string label_;
+    std::filesystem::path instance_;
     std::function<void(std::string_view)> output_;
     SimulatorRuntime& runtime_;
     LaunchPlan plan_;
@@ -311,6 +315,16 @@ asio::awaitable<result<>> RunningSimulation::put_back(std::filesystem::path file
     if (!done)
         co_return core::refused(core::Refused::not_put_back, {{"words", done.error().message()}});
     co_return result<>();
+}
+
+asio::awaitable<Compilation> RunningSimulation::compile(ControllerSources sources)
+{
+    auto spec = runtime_.compiler(plan_, instance_, sources);
+    if (!spec.argv.empty())
+        co_return co_await run_compiler(processes_, clock_, std::move(spec), std::move(sources.name));
+    Compilation compilation;
+    compilation.outcome = core::refused(core::Refused::no_compiler, {{"controller", sources.name}});
+    co_return compilation;
 }
 
 Failure RunningSimulation::overrun_failure(Limit limit) const

@@ -66,6 +66,13 @@ public:
         co_return result<>();
     }
 
+    /// What compiles a controller in `instance`, for a simulation of this plan; without arguments: nothing.
+    virtual ProcessSpec compiler(LaunchPlan const&, std::filesystem::path const& /*instance*/,
+                                 ControllerSources const&)
+    {
+        return {};
+    }
+
     virtual PrintedLine read(std::string_view line, LaunchPlan const& plan) = 0;
 
     /// Whether a simulator that has loaded its world certainly listens on its own port, so that it need not

@@ -16,6 +16,17 @@ constexpr auto servers_folders = std::to_array<std::string_view>(
 
 constexpr std::string_view name_of_home = ".webots_cloud-home";
 
+/// Where no sandbox has folders for these.
+void name_folders(core::Environment& environment, std::filesystem::path const& home)
+{
+    std::erase_if(environment, [](auto const& variable) {
+        return std::find(servers_folders.begin(), servers_folders.end(), variable.first) !=
+               servers_folders.end();
+    });
+    core::set_variable(environment, "HOME", home.native());
+    core::set_variable(environment, "TMPDIR", "/tmp");
+}
+
 } // namespace
 
 void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t number,
@@ -47,14 +58,8 @@ void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t nu
     auto& environment = process.environment;
     for (auto const* const name : {"USER", "LOGNAME"})
         core::set_variable(environment, name, wanted.name);
-    if (sandbox.is_none()) { // else the sandbox has folders for these
-        std::erase_if(environment, [](auto const& variable) {
-            return std::find(servers_folders.begin(), servers_folders.end(), variable.first) !=
-                   servers_folders.end();
-        });
-        core::set_variable(environment, "HOME", user.home.native());
-        core::set_variable(environment, "TMPDIR", "/tmp");
-    }
+    if (sandbox.is_none())
+        name_folders(environment, user.home);
     if (!core::value_of(environment, "DISPLAY").empty()) {
         user.x_authority = core::value_of(environment, "XAUTHORITY");
         if (user.x_authority.empty())
@@ -63,6 +68,21 @@ void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t nu
     if (!user.x_authority.empty())
         core::set_variable(environment, "XAUTHORITY", (user.home / "Xauthority").native());
     process.user = std::move(user);
+}
+
+void run_beside(ProcessSpec& process, SandboxParams const& sandbox, ProcessUser owner,
+                std::filesystem::path const& instance)
+{
+    if (sandbox.is_none())
+        name_folders(process.environment, owner.home);
+    if (owner.user_namespace >= 0)
+        process.set_user_id = false;
+    process.directory.clear(); // we may not enter it
+    owner.visible.push_back(instance);
+    owner.folder.clear(); // nothing changes hands: programs that run could put links in the way
+    owner.home.clear();
+    owner.x_authority.clear();
+    process.user = std::move(owner);
 }
 
 } // namespace webots_cloud

@@ -16,4 +16,9 @@ namespace webots_cloud {
 void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t number,
             std::filesystem::path const& instance);
 
+/// Changes how `process` is started, so that it runs as a user who owns `instance` already, since another
+/// program of that user runs there. To be called last, as `run_as`.
+void run_beside(ProcessSpec& process, SandboxParams const& sandbox, ProcessUser owner,
+                std::filesystem::path const& instance);
+
 } // namespace webots_cloud

@@ -1,9 +1,12 @@
 // Decisions: core/simulation/editable_files, core/projects/lesson.
 #include "simulation_programs.hpp"
 
+#include "async/cancellation.hpp"
 #include "core/projects/lesson.hpp"
 #include "core/refusals.hpp"
 #include "core/text.hpp"
+
+#include <boost/asio/this_coro.hpp>
 
 #include <string_view>
 #include <utility>
@@ -57,6 +60,9 @@ void SimulationPrograms::list(Channel& channel) const
 {
     if (files_ && !files_->empty())
         (void)channel.send(files_->list_message());
+    if (files_ && can_compile())
+        if (auto const controllers = files_->compiled_controllers(); !controllers.empty())
+            (void)channel.send(core::compiles_message(controllers));
     if (!lesson_.empty())
         (void)channel.send(lesson_);
 }
@@ -86,6 +92,48 @@ asio::awaitable<void> SimulationPrograms::save(core::WriteFileMessage program, C
         files_->saved(file, text);
     (void)channel.send(saved ? core::file_saved_message(file)
                              : core::file_error_message(file, saved.error()));
+}
+
+void SimulationPrograms::wish(core::CompileMessage const& message, Channel& channel)
+{
+    auto allowed = files_ ? files_->may_compile(message.controller, context_.clock.now())
+                          : core::refused(core::Refused::not_editable);
+    if (allowed && !simulation_)
+        allowed = core::refused(core::Refused::still_fetching);
+    if (allowed && !can_compile())
+        allowed = core::refused(core::Refused::no_compiler, {{"controller", message.controller}});
+    if (allowed && !wish_.empty())
+        allowed = core::refused(core::Refused::saved_too_often);
+    if (!allowed) {
+        (void)channel.send(core::compiled_message(message.controller, {}, allowed));
+        return;
+    }
+    wish_ = message.controller;
+    wished_.notify();
+}
+
+asio::awaitable<void> SimulationPrograms::compile_wishes(Channel& channel)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    for (;;) {
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled)
+            break;
+        if (wish_.empty())
+            (void)co_await wished_.wait();
+        else
+            co_await compile(channel);
+    }
+    wish_.clear();
+}
+
+/// Precondition: there is a wish, and so a simulation.
+asio::awaitable<void> SimulationPrograms::compile(Channel& channel)
+{
+    ControllerSources sources(wish_, project_->root / folder_name / wish_, files_->has_makefile(wish_));
+    auto const compiled = co_await simulation_->compile(std::move(sources));
+    (void)channel.send(core::compiled_message(wish_, compiled.output, compiled.outcome));
+    wish_.clear();
 }
 
 asio::awaitable<result<>> SimulationPrograms::restore(std::string file)

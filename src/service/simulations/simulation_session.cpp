@@ -64,7 +64,8 @@ SimulationSession::SimulationSession(SessionContext& context, asio::any_io_execu
                                      Browser browser)
     : context_(context), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
       life_(grace_for(context, request_), context.clock.now(), context.state.is_stopping()),
-      started_(context.clock.now()), life_changed_(executor), released_(executor)
+      started_(context.clock.now()), programs_(context_, executor, project_, simulation_),
+      life_changed_(executor), released_(executor)
 {
     if (browser == Browser::awaited)
         life_.begin_staged();
@@ -119,8 +120,9 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
     // Whichever ends first cancels the others: the simulation, the browser's connection, or the wait for
     // another connection that takes over.
     greet(channel);
-    auto parts = async::first_of(async::as_part(simulate(channel)), async::as_part(receive(channel)),
-                                 async::as_part(await_takeover()));
+    auto parts =
+        async::first_of(async::as_part(simulate(channel)), async::as_part(receive(channel)),
+                        async::as_part(programs_.compile_wishes(channel)), async::as_part(await_takeover()));
     (void)co_await std::move(parts);
     channel_ = nullptr;
     co_await finish(channel);
@@ -183,8 +185,9 @@ asio::awaitable<void> SimulationSession::resume(Channel& channel)
         introduce(channel);
     tell_time(channel, life_.time_left(context_.clock.now()));
     announce(channel);
-    auto parts = async::first_of(async::as_part(relay(channel)), async::as_part(receive(channel)),
-                                 async::as_part(await_takeover()));
+    auto parts =
+        async::first_of(async::as_part(relay(channel)), async::as_part(receive(channel)),
+                        async::as_part(programs_.compile_wishes(channel)), async::as_part(await_takeover()));
     (void)co_await std::move(parts);
     channel_ = nullptr;
     co_await finish(channel);
@@ -358,6 +361,8 @@ asio::awaitable<void> SimulationSession::receive(Channel& channel)
             programs_.show(*read, channel);
         else if (auto const* write = std::get_if<core::WriteFileMessage>(&message))
             co_await programs_.save(*write, channel);
+        else if (auto const* compile = std::get_if<core::CompileMessage>(&message))
+            programs_.wish(*compile, channel);
         else if (auto const* wish = std::get_if<core::ExtendMessage>(&message))
             extend(wish->by, channel);
         else if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))

@@ -189,7 +189,7 @@ private:
     std::unique_ptr<Simulation> simulation_;
     SimulationGateway gateway_{context_};
     SimulationUsage usage_{context_, simulation_, life_};
-    SimulationPrograms programs_{context_, project_, simulation_};
+    SimulationPrograms programs_;
 
     std::string token_;
     std::string loss_reason_;    ///< How the last connection ended.

@@ -126,12 +126,14 @@ BOOST_AUTO_TEST_CASE(programs_are_read_and_written_by_names_that_stay_in_their_f
         (parse_client_message(R"({"original":"a/a.py"})") == ClientMessage(ReadFileMessage{"a/a.py", true})));
     BOOST_TEST((parse_client_message(R"({"write":{"path":"a/a.py","text":"x"}})") ==
                 ClientMessage(WriteFileMessage{"a/a.py", "x"})));
+    BOOST_TEST((parse_client_message(R"({"compile":"a"})") == ClientMessage(CompileMessage{"a"})));
     for (auto const* text :
          {R"({"read":"a.py"})", R"({"read":"../a.py"})", R"({"read":"a/../../x"})",
           R"({"read":"/etc/passwd"})", R"({"read":5})", R"({"original":"a/.git"})", R"({"write":"a/a.py"})",
           R"({"write":{"path":"a/a.py"}})", R"({"write":{"text":"x"}})",
           R"({"write":{"path":"a/a.py","text":5}})", R"({"write":{"path":"a/..","text":""}})",
-          R"({"write":{"path":"a/\u0000","text":""}})"})
+          R"({"write":{"path":"a/\u0000","text":""}})", R"({"compile":5})", R"({"compile":"a/b"})",
+          R"({"compile":".."})"})
         BOOST_TEST(std::holds_alternative<MalformedMessage>(parse_client_message(text)), text);
 }
 

@@ -132,4 +132,47 @@ BOOST_AUTO_TEST_CASE(what_a_page_is_told_of_a_file_names_it)
     BOOST_TEST(text.ends_with(R"("code":"no-file","values":{"file":"b/b.py"}})"));
 }
 
+BOOST_AUTO_TEST_CASE(folders_with_sources_of_their_own_can_be_compiled)
+{
+    EditableFiles files({{"drive/drive.c", ""},
+                         {"drive/wheels.c", ""},
+                         {"fly/fly.cpp", ""},
+                         {"fly/Makefile", ""},
+                         {"look/look.py", ""},
+                         {"turn/lib/turn.c", ""}},
+                        "");
+    auto const compiled = files.compiled_controllers();
+    BOOST_TEST((compiled == std::vector<std::string>{"drive", "fly"}));
+    BOOST_TEST(compiles_message(compiled) == R"(compiles: ["drive","fly"])");
+    BOOST_TEST(files.has_makefile("fly"));
+    BOOST_TEST(!files.has_makefile("drive"));
+    files.saved("drive/Makefile", "all:");
+    BOOST_TEST(files.has_makefile("drive"));
+    BOOST_TEST(files.may_compile("drive", TimePoint()).has_value());
+    for (auto const* const other : {"look", "turn", "turn/lib", "..", "", "driv"})
+        BOOST_TEST((files.may_compile(other, TimePoint()).error() == errc::refused), other);
+}
+
+BOOST_AUTO_TEST_CASE(compiling_counts_as_saving_does)
+{
+    auto files = two_programs();
+    TimePoint const now{1h};
+    int compiled = 0;
+    for (int i = 0; i < 1'000; ++i)
+        compiled += files.may_compile("turn", now).has_value() ? 1 : 0;
+    BOOST_TEST(compiled <= 21);
+    BOOST_TEST((files.may_save("drive/drive.py", "x", now).error() == errc::refused));
+}
+
+BOOST_AUTO_TEST_CASE(what_a_compiler_prints_becomes_text_for_a_page)
+{
+    BOOST_TEST(compiled_message("drive", "", {}) == R"(compiled: {"controller":"drive","output":""})");
+    auto files = two_programs();
+    auto const text = compiled_message("drive", "drive.c:1:2: error: \xff\x1b[m\nend\n\n",
+                                       files.may_compile("drive", TimePoint()));
+    BOOST_TEST(text.starts_with(R"(compiled: {"controller":"drive","output":"drive.c:1:2: error: )"
+                                R"(\\xff\\x1b[m\nend","error":")"));
+    BOOST_TEST(text.ends_with(R"("code":"no-compiler","values":{"controller":"drive"}})"));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -28,6 +28,7 @@ BOOST_AUTO_TEST_CASE(the_configured_webots_comes_first)
             choose_simulator("/opt/w", of_environment, "/bin", only({"/opt/w/webots", "/env/w/webots"}))
                 .value();
         BOOST_TEST(choice.program == "/opt/w/webots");
+        BOOST_TEST(choice.home == "/opt/w");
         BOOST_TEST(choice.notice.empty());
     }
 }

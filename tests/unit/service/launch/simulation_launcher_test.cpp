@@ -319,6 +319,35 @@ BOOST_AUTO_TEST_CASE(in_a_sandbox_a_display_of_its_own_is_started_inside)
     BOOST_TEST(!process.own_displays); // there are no others in there
 }
 
+BOOST_AUTO_TEST_CASE(a_compiler_runs_within_the_walls_of_the_simulation_and_beside_it)
+{
+    auto params = launcher_params();
+    params.sandbox.bubblewrap = "/usr/bin/bwrap";
+    params.sandbox.network.reach = ProcessNetwork::Reach::internet;
+    params.sandbox.user.kind = SimulationUser::Kind::of_its_own;
+    params.compiler.make = "/usr/bin/make";
+    params.compiler.home = "/opt/webots";
+    Fixture fixture(params);
+    fixture.processes.expect();
+    fixture.processes.expect().exits(0);
+    auto const simulation = fixture.launched();
+    ControllerSources sources("drive", "/instances/1/project/controllers/drive", false);
+    auto const compiled = fixture.world.run(simulation->compile(std::move(sources)));
+    BOOST_TEST(compiled.outcome.has_value());
+    auto const& process = fixture.processes.started().back();
+    BOOST_TEST(process.argv.front() == "/usr/bin/bwrap");
+    BOOST_TEST(process.argv.back() == "/opt/webots/resources/Makefile.include");
+    BOOST_TEST(variable(process, "WEBOTS_HOME") == "/opt/webots");
+    BOOST_TEST(variable(process, "SECRET") == "(unset)");
+    BOOST_TEST((process.network.reach == ProcessNetwork::Reach::none));
+    BOOST_TEST(process.network.port == 0);
+    BOOST_TEST_REQUIRE(process.user.has_value());
+    BOOST_TEST(process.user->user == core::own_user_number(0, 2001));
+    BOOST_TEST(process.user->folder.empty()); // it is that user's already
+    BOOST_TEST((process.user->visible.back() == "/instances/1"));
+    BOOST_TEST(process.directory.empty());
+}
+
 BOOST_AUTO_TEST_CASE(a_simulation_that_loses_its_display_ends_with_a_sentence_about_that)
 {
     for (bool const is_ready : {false, true}) {

@@ -983,7 +983,9 @@ constexpr auto program_path = "/instances/1/project/controllers/walk/walk.py";
 /// A server whose visitors may change programs, and what is in their folders.
 struct ProgramsFixture
 {
-    explicit ProgramsFixture(bool allowed = true) : fixture(params(allowed), hooks())
+    explicit ProgramsFixture(bool allowed = true,
+                             SimulationLauncherParams launching = simulation_launcher_params(2))
+        : fixture(params(allowed), hooks(), std::move(launching))
     {
         files.texts[program_path] = "go";
         fixture.source.files = {"controllers/walk/walk.py"};
@@ -1006,6 +1008,23 @@ struct ProgramsFixture
 
     testing::MemoryTextFiles files;
     Fixture fixture;
+};
+
+/// The same, with a compiler, and a controller in C.
+struct CompiledFixture : ProgramsFixture
+{
+    CompiledFixture() : ProgramsFixture(true, launching())
+    {
+        files.texts["/instances/1/project/controllers/fly/fly.c"] = "int main() {}";
+    }
+
+    static SimulationLauncherParams launching()
+    {
+        auto params = simulation_launcher_params(2);
+        params.compiler.make = "/usr/bin/make";
+        params.compiler.home = "/opt/webots";
+        return params;
+    }
 };
 
 } // namespace
@@ -1088,6 +1107,98 @@ BOOST_AUTO_TEST_CASE(programs_are_changed_only_where_the_operator_allows_it_and_
         BOOST_TEST(programs.files.texts[program_path] == "go");
         fixture.leave(browser);
     }
+}
+
+// Protocol 13.19.
+BOOST_AUTO_TEST_CASE(a_controller_in_c_is_compiled_where_there_is_a_compiler)
+{
+    CompiledFixture compiled;
+    auto& fixture = compiled.fixture;
+    auto& browser = fixture.start(start_with_editor);
+    BOOST_TEST(browser.was_told(R"(compiles: ["fly"])"));
+    fixture.processes.expect().prints("fly.c:3:1: error: no\n").exits(2);
+    browser.browser_says(R"({"compile":"fly"})");
+    fixture.world.settle();
+    BOOST_TEST(fixture.processes.started().back().argv.at(3) == "/instances/1/project/controllers/fly");
+    BOOST_TEST(browser.sent.back().starts_with(
+        R"(compiled: {"controller":"fly","output":"fly.c:3:1: error: no","error":)"));
+    BOOST_TEST(browser.sent.back().find(R"("code":"not-compiled")") != std::string::npos);
+    fixture.processes.expect().prints("# linking fly\n").exits(0);
+    browser.browser_says(R"({"compile":"fly"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == R"(compiled: {"controller":"fly","output":"# linking fly"})");
+    browser.browser_says(R"({"compile":"walk"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back().find(R"("code":"no-compiler")") != std::string::npos);
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(a_compiler_that_does_not_end_is_ended_and_the_page_is_answered_meanwhile)
+{
+    CompiledFixture compiled;
+    auto& fixture = compiled.fixture;
+    auto& browser = fixture.start(start_with_editor);
+    fixture.processes.expect().prints(std::string(30'000, '"')).after(1h);
+    browser.browser_says(R"({"compile":"fly"})");
+    fixture.world.settle();
+    browser.browser_says(R"({"read":"walk/walk.py"})");
+    browser.browser_says(R"({"compile":"fly"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.at(browser.sent.size() - 2) == R"(file: {"path":"walk/walk.py","text":"go"})");
+    BOOST_TEST(browser.sent.back().find(R"("code":"not-saved")") != std::string::npos); // one at a time
+    BOOST_TEST(fixture.processes.alive() == 2);
+    fixture.world.advance(30s);
+    BOOST_TEST(browser.sent.back().find(R"("code":"compiled-too-long")") != std::string::npos);
+    BOOST_TEST(browser.sent.back().size() < 64u * 1024);
+    BOOST_TEST(fixture.processes.alive() == 1);
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(a_compiler_that_prints_without_end_is_ended)
+{
+    CompiledFixture compiled;
+    auto& fixture = compiled.fixture;
+    auto& browser = fixture.start(start_with_editor);
+    auto& script = fixture.processes.expect();
+    for (int i = 0; i < 40; ++i)
+        script.prints(std::string(65'536, 'x'));
+    script.after(1h);
+    browser.browser_says(R"({"compile":"fly"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back().find(R"("code":"not-compiled")") != std::string::npos);
+    BOOST_TEST(fixture.processes.alive() == 1);
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(nothing_is_compiled_for_a_page_that_has_left)
+{
+    CompiledFixture compiled;
+    auto& fixture = compiled.fixture;
+    auto& browser = fixture.start(start_with_editor);
+    fixture.processes.expect().after(1h);
+    browser.browser_says(R"({"compile":"fly"})");
+    fixture.world.settle();
+    BOOST_TEST(fixture.processes.alive() == 2);
+    fixture.lose(browser);
+    BOOST_TEST(fixture.processes.alive() == 1); // the simulation waits
+    auto& again = fixture.reconnect("token1");
+    fixture.processes.expect().exits(0);
+    again.browser_says(R"({"compile":"fly"})");
+    fixture.world.settle();
+    BOOST_TEST(again.sent.back() == R"(compiled: {"controller":"fly","output":""})");
+    fixture.leave(again);
+}
+
+BOOST_AUTO_TEST_CASE(without_a_compiler_nothing_is_compiled)
+{
+    ProgramsFixture programs;
+    programs.files.texts["/instances/1/project/controllers/fly/fly.c"] = "";
+    auto& browser = programs.fixture.start(start_with_editor);
+    BOOST_TEST(!browser.was_told("compiles:"));
+    browser.browser_says(R"({"compile":"fly"})");
+    programs.fixture.world.settle();
+    BOOST_TEST(browser.sent.back().find(R"("code":"no-compiler")") != std::string::npos);
+    programs.fixture.leave(browser);
 }
 
 BOOST_AUTO_TEST_CASE(without_a_project_there_is_no_controller_to_reset)
