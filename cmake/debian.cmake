@@ -170,4 +170,7 @@ foreach(kind session simulation)
         COMPONENT ${kind}_server EXCLUDE_FROM_ALL)
 endforeach()
 
+# Under its usual name CMake would make a target of it, whose command it does not quote: with a $ in the name of the folder
+# nothing is built then (CMake 3.31).
+set(CPACK_SOURCE_OUTPUT_CONFIG_FILE ${PROJECT_BINARY_DIR}/cpack_of_sources.cmake)
 include(CPack)

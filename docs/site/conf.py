@@ -97,7 +97,7 @@ def keep_texts(app, exception):
     out = Path(app.outdir)
     texts = {}
     for page in app.env.found_docs:
-        article = re.search(r'<article role="main">(.*?)</article>', (out / f'{page}.html').read_text(), re.S)
+        article = re.search(r'<article role="main"[^>]*>(.*?)</article>', (out / f'{page}.html').read_text(), re.S)
         without_signs = re.sub(r'<a class="headerlink".*?</a>', '', article.group(1), flags=re.S)
         texts[f'{page}.html'] = re.sub(r'\s+', ' ', re.sub(r'<[^>]*>', '', without_signs)).strip()
     (out / '_static/page_texts.js').write_text(f'pageTexts = {json.dumps(texts, ensure_ascii=False)};\n')

@@ -46,7 +46,7 @@ class Network(unittest.IsolatedAsyncioTestCase):
         return self.enterContext(docker_server(docker, git, display="none", **settings))
 
     def reaches(self, container, address, port):
-        said = docker.attempt("exec", container, "/usr/bin/timeout", "3", "/bin/bash", "-c", CONNECT.format(address, port))
+        said = docker.attempt("exec", "--workdir", "/", container, "/usr/bin/timeout", "3", "/bin/bash", "-c", CONNECT.format(address, port))
         return said.stdout == "open\n"
 
     async def check(self, server, reached):
@@ -59,7 +59,7 @@ class Network(unittest.IsolatedAsyncioTestCase):
             own, _, path = (await browser.hear("webots:")).rpartition(":")[2].partition("/")
             own, path = int(own), f"/{path}/" if path else "/"
             self.assertEqual(port_is_free(server.port + 1), path != "/")
-            container, = docker.run("ps", "--quiet", "--filter", "label=com.docker.compose.service=webots").split()
+            container = docker.container_of("webots")
             async with running(own, path):
                 await asyncio.to_thread(self.see_pictures, own, path + "mjpeg")
             addresses = {"loopback": ("127.0.0.1", port), "own": (own_network.OWN, port), "gateway": ("10.0.2.2", port),
@@ -88,7 +88,7 @@ class Network(unittest.IsolatedAsyncioTestCase):
         async with Browser(server) as browser:
             await browser.start(f"{git.url}/o/robots/blob/main/worlds/arena.wbt")
             own, _, path = (await browser.hear("webots:")).rpartition(":")[2].partition("/")
-            container, = docker.run("ps", "--quiet").split()
+            container = docker.container_of("webots")
             labels = json.loads(docker.run("inspect", "--format", "{{json .Config.Labels}}", container))
             # All that an image can say of itself, if its maker has found out the names of the simulation.
             forged = [f"--label={key}={value}" for key, value in labels.items() if key != "webots_cloud.simulator"]

@@ -134,6 +134,13 @@ class DockerDaemon(Startable):
             raise AssertionError(f"docker {' '.join(arguments)}: {done.stderr}{ended}")
         return done.stdout
 
+    def container_of(self, service):
+        """The only container of this service of compose. A simulator in it may be heard before newer releases of Docker list it."""
+        def found():
+            return self.run("ps", "--quiet", "--filter", f"label=com.docker.compose.service={service}").split()
+        wait_until(lambda: len(found()) == 1, f"there is no container of {service}, or more than one")
+        return found()[0]
+
     def import_image(self, name, files, programs, command=("/bin/sleep", "1000")):
         """An image with these files (inside: outside), and with these programs at their own paths; and all libraries."""
         archive = os.path.join(self.folder, "image.tar")

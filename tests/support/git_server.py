@@ -52,7 +52,7 @@ LFS = """
 """
 
 SMART = """
-        location ~ ^(?<repository>/[^/]+(/[^/]+)+\.git)/ {{
+        location ~ ^(?<repository>/[^/]+(/[^/]+)+\\.git)/ {{
             # Not from git: fcgiwrap answers 502 when the program that it starts ends before it has read the request.
             if (!-d {repositories}$repository) {{ return 404; }}
             include /etc/nginx/fastcgi_params;

@@ -30,6 +30,9 @@ constexpr std::uint64_t max_other_answer = 64 * 1024;
 constexpr std::uint64_t max_framing_ratio = 8; // a piece of one byte has five
 constexpr std::uint64_t max_framing = 1 << 20;
 
+constexpr std::uint64_t max_header_lines =
+    4'000; // newer releases of libcurl give up after 5,000, in other words
+
 bool is_set(std::atomic<bool> const* flag)
 {
     return flag && flag->load(std::memory_order_relaxed);
@@ -44,6 +47,7 @@ struct Exchange
     std::uint64_t received = 0;
     std::uint64_t on_the_wire = 0; ///< With what surrounds the pieces of the body.
     std::uint64_t header_bytes = 0;
+    std::uint64_t header_lines = 0;
     bool heard_enough = false; ///< Of an answer whose status says it all.
     result<> outcome{};
     std::string url{}; ///< The request's, or where it was redirected to.
@@ -98,10 +102,11 @@ std::size_t on_header(char*, std::size_t, std::size_t count, void* user)
 {
     auto& exchange = *static_cast<Exchange*>(user);
     exchange.header_bytes += count;
-    if (exchange.header_bytes > exchange.limits.header_bytes)
-        exchange.outcome = Failure(
-            errc::too_large, concat("the answer of ", exchange.request.peer, " has more than ",
-                                    std::to_string(exchange.limits.header_bytes >> 10), " kB of headers"));
+    if (exchange.header_bytes > exchange.limits.header_bytes || ++exchange.header_lines > max_header_lines)
+        exchange.outcome =
+            Failure(errc::too_large, concat("the answer of ", exchange.request.peer, " has more than ",
+                                            std::to_string(exchange.limits.header_bytes >> 10), " kB or ",
+                                            std::to_string(max_header_lines), " lines of headers"));
     return exchange.outcome && !exchange.must_stop() ? count : 0;
 }
 

@@ -89,8 +89,8 @@ constexpr std::array simulation_worlds{
               .value = shaped<KeyType::objects, &SimulationConfig::forges>,
               .text =
                   R"(where worlds may come from: git servers, or `{"url": "local:", "directory": )"
-                  R"("/my/projects"}` for folders `<owner>/<repository>` of this machine; [links that are "
-                      "understood](docs/access.md#links-to-worlds))",
+                  R"("/my/projects"}` for folders `<owner>/<repository>` of this machine; [links that are )"
+                  R"(understood](docs/access.md#links-to-worlds))",
               .standard = R"(["https://github.com"])",
               .keys = forge_keys},
     ConfigKey{.name = "caFile",
