@@ -29,6 +29,10 @@ smartquotes_action = 'q'  # not of dashes: options begin with two
 myst_heading_anchors = 4  # headings have the anchors that forges give them
 
 html_theme = 'furo'
+# The colours of links, which differ from one release of furo to the next, are those of the API reference.
+LINKS = re.findall(r'--link: (#\w+);', Path(__file__).with_name('api.css').read_text())
+html_theme_options = {f'{kind}_css_variables': {'color-link': colour, 'color-brand-content': colour}
+                      for kind, colour in zip(('light', 'dark'), LINKS)}
 html_title = project
 html_static_path = ['static', *([str(MERMAID)] if MERMAID.exists() else [])]
 html_css_files = ['site.css']

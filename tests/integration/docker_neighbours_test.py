@@ -88,7 +88,7 @@ class Neighbours(unittest.IsolatedAsyncioTestCase):
         return f"{git.url}/o/{repository}/blob/main/worlds/arena.wbt"
 
     def reaches(self, container, address, port):
-        return docker.attempt("exec", container, "timeout", "3", "bash", "-c", CONNECT.format(address, port)).stdout == "open\n"
+        return docker.attempt("exec", "--workdir", "/", container, "timeout", "3", "bash", "-c", CONNECT.format(address, port)).stdout == "open\n"
 
     def connects(self, address, port):
         try:

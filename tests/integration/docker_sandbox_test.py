@@ -70,7 +70,7 @@ class Docker(Contract, unittest.TestCase):
         found = {"display": variables["DISPLAY"], "sockets": os.listdir(f"/proc/{first}/root{X_SOCKETS}")}
         if "XAUTHORITY" in variables:
             script = X_DISPLAY + "address, key = own_display()\nprint(enter_display(address, key), enter_display(address, bytes(16)))"
-            found["enters"] = docker.run("exec", *[f"--env={name}={variables[name]}" for name in ("DISPLAY", "XAUTHORITY")],
+            found["enters"] = docker.run("exec", "--workdir", "/", *[f"--env={name}={variables[name]}" for name in ("DISPLAY", "XAUTHORITY")],
                                          container_of(first), "/usr/bin/python3", "-c", script).strip()
         return found
 
