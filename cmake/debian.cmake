@@ -130,6 +130,7 @@ set(CPACK_DEBIAN_SIMULATION_SERVER_PACKAGE_RECOMMENDS
 set(CPACK_DEBIAN_SIMULATION_SERVER_PACKAGE_SUGGESTS "docker.io, webots, webots-cloud-session-server")
 set(CPACK_DEBIAN_DEMO_PACKAGE_ENHANCES webots-cloud-simulation-server)
 set(CPACK_DEBIAN_DEMO_PACKAGE_RECOMMENDS python3) # for the programs of robots
+set(CPACK_DEBIAN_DEMO_PACKAGE_SUGGESTS "g++, make") # the same in C and C++
 
 # Static libraries need at the next link what they were compiled with: cmake/webots_cloudConfig.cmake.in looks for these.
 set(boost ${Boost_VERSION_MAJOR}.${Boost_VERSION_MINOR})

@@ -123,6 +123,42 @@ double read_cruise(World& world, fs::path const& world_file, std::string const& 
     return default_cruise;
 }
 
+bool is_file(fs::path const& path)
+{
+    std::error_code error;
+    return fs::is_regular_file(fs::symlink_status(path, error)); // no link: it could lead out of the project
+}
+
+/// Any source in the folder of a controller: its program is made of all of them.
+std::optional<fs::path> find_source(fs::path const& folder)
+{
+    constexpr int most_looked_at = 1000;
+    std::error_code error;
+    fs::directory_iterator entry(folder, error);
+    for (int i = 0; !error && entry != fs::directory_iterator() && i < most_looked_at;
+         ++i, entry.increment(error)) {
+        auto const ending = entry->path().extension();
+        if ((ending == ".c" || ending == ".cpp" || ending == ".cc" || ending == ".cxx") && is_file(*entry))
+            return entry->path();
+    }
+    return std::nullopt;
+}
+
+void find_program(RobotDescription& robot, fs::path const& folder)
+{
+    auto const name = folder / robot.controller;
+    auto const take = [&robot](fs::path file, ProgramKind kind) {
+        robot.program = std::move(file);
+        robot.program_kind = kind;
+    };
+    if (is_file(name) && ::access(name.c_str(), X_OK) == 0)
+        take(name, ProgramKind::executable);
+    else if (auto python = fs::path(name) += ".py"; is_file(python))
+        take(std::move(python), ProgramKind::python);
+    else if (auto source = find_source(folder))
+        take(*std::move(source), ProgramKind::source);
+}
+
 } // namespace
 
 std::vector<ControllerFile> controller_files(fs::path const& world_file, std::string const& controller)
@@ -182,10 +218,7 @@ void find_programs(World& world, fs::path const& world_file)
         robot.program.clear();
         if (!robot.may_be_programmed || !is_plain_name(robot.controller))
             continue;
-        auto file = folder_of(world_file, robot.controller) / (robot.controller + ".py");
-        std::error_code error;
-        if (fs::is_regular_file(fs::symlink_status(file, error)))
-            robot.program = std::move(file);
+        find_program(robot, folder_of(world_file, robot.controller));
     }
 }
 

@@ -25,7 +25,8 @@ std::vector<ControllerFile> controller_files(std::filesystem::path const& world_
 std::string save_controller_file(std::filesystem::path const& world_file, std::string const& controller,
                                  std::string const& file, std::string_view content);
 
-/// Finds the program of each robot that may have one: `controllers/<name>/<name>.py`.
+/// Finds the program of each robot that may have one, in Webots' order: `controllers/<name>/<name>` if it is
+/// executable, `<name>.py`, C or C++ that is not compiled yet.
 void find_programs(World& world, std::filesystem::path const& world_file);
 
 /// Has each robot that drives itself do so as fast as its controller says: a line `CRUISE = <number>` of

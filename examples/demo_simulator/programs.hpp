@@ -1,4 +1,4 @@
-// The Python programs that drive robots: what the simulation needs of them, and what it is told.
+// The programs that drive robots: what the simulation needs of them, and what it is told.
 #pragma once
 
 #include "lock_step.hpp"
@@ -23,6 +23,7 @@ struct Program
     std::size_t robot = 0;
     std::string name; ///< of the controller
     std::filesystem::path file;
+    ProgramKind kind{};
     std::string greeting;
 };
 

@@ -279,8 +279,8 @@ void Simulator::start_programs()
         if (robots[i].program.empty())
             continue;
         lock_step_.begin(i);
-        programs.push_back(
-            {i, robots[i].controller, robots[i].program, greeting(arena_->world(), robots[i])});
+        programs.push_back({i, robots[i].controller, robots[i].program, robots[i].program_kind,
+                            greeting(arena_->world(), robots[i])});
     }
     programs_.start(std::move(programs), *this);
 }

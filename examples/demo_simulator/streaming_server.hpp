@@ -4,7 +4,7 @@
 #include "connection.hpp"
 #include "extern_consoles.hpp"
 #include "extern_controllers.hpp"
-#include "python_programs.hpp"
+#include "robot_programs.hpp"
 #include "simulator.hpp"
 
 #include <boost/asio/io_context.hpp>
@@ -77,7 +77,7 @@ private:
 
     boost::asio::io_context& context_;
     Options const& options_;
-    PythonPrograms programs_;
+    RobotPrograms programs_;
     Simulator simulator_;
     ExternConsoles extern_consoles_;
     ExternControllers extern_controllers_;

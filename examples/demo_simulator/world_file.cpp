@@ -61,6 +61,11 @@ bool is_robot(vrml::Node const& node)
            std::find(known.begin(), known.end(), node.type) != known.end();
 }
 
+bool may_be_programmed(vrml::Node const& node)
+{
+    return node.type == "TwoWheeledRobot" && !word(node, "controller", "").empty();
+}
+
 void read_world_info(World& world, vrml::Node const& node)
 {
     world.title = word(node, "title", world.title);
@@ -87,7 +92,7 @@ void read_robot(World& world, vrml::Node const& node)
     robot.pose = {floor_position(node), heading(node)};
     robot.colour = colour(node, palette[index % palette.size()]);
     robot.controller = word(node, "controller", "avoid_walls");
-    robot.may_be_programmed = node.type == "TwoWheeledRobot" && !word(node, "controller", "").empty();
+    robot.may_be_programmed = may_be_programmed(node);
     world.robots.push_back(std::move(robot));
 }
 
@@ -121,7 +126,7 @@ void read_goal(World& world, vrml::Node const& node)
 void read_controller(World& world, vrml::Node const& node)
 {
     auto name = word(node, "controller", "");
-    if (!name.empty() && world.controllers.size() < max_controllers)
+    if (!name.empty() && !may_be_programmed(node) && world.controllers.size() < max_controllers)
         world.controllers.push_back(std::move(name));
 }
 

@@ -19,6 +19,14 @@ struct Colour
 inline constexpr double default_cruise = 8;
 inline constexpr double max_cruise = 20;
 
+/// What is to be done with the file of a program.
+enum class ProgramKind
+{
+    executable,
+    python,
+    source ///< C or C++ that nobody has compiled yet
+};
+
 struct RobotDescription
 {
     std::string name;
@@ -26,7 +34,8 @@ struct RobotDescription
     Colour colour;
     std::string controller;         ///< Its name.
     bool may_be_programmed = false; ///< A TwoWheeledRobot whose controller the world names.
-    std::filesystem::path program;  ///< The Python program that drives it; empty: it drives itself.
+    std::filesystem::path program;  ///< What drives it; empty: it drives itself.
+    ProgramKind program_kind{};
     double cruise = default_cruise; ///< How fast its wheels turn on a free way, radians per second.
 };
 
@@ -59,7 +68,7 @@ struct World
     std::vector<RobotDescription> robots; ///< at least one
     std::vector<BoxDescription> boxes;
     std::vector<GoalDescription> goals;
-    std::vector<std::string> controllers; ///< names, also those of robots without a body (supervisors)
+    std::vector<std::string> controllers; ///< names; not of robots that may be programmed
     std::vector<std::string> warnings;    ///< sentences for the console
 };
 

@@ -119,4 +119,33 @@ BOOST_AUTO_TEST_CASE(a_file_is_changed_where_it_is_and_nowhere_else)
     BOOST_TEST(project.read("secret.py") == "CRUISE = 1\n");
 }
 
+BOOST_AUTO_TEST_CASE(an_executable_comes_before_python_and_python_before_what_is_not_compiled)
+{
+    Project const project;
+    fs::path const folder = project.top / "project/controllers/drive";
+    World world = world_from_text("#VRML_SIM R2025a utf8\nTwoWheeledRobot { controller \"drive\" }\n");
+    RobotDescription const& robot = world.robots.front();
+    auto const found = [&] {
+        find_programs(world, project.world);
+        return robot.program.filename().string();
+    };
+    BOOST_TEST(found() == "");
+    project.write("project/controllers/drive/drive.h", "");
+    BOOST_TEST(found() == "");
+    project.write("project/controllers/drive/other.cpp", "");
+    BOOST_TEST(found() == "other.cpp");
+    BOOST_TEST((robot.program_kind == ProgramKind::source));
+    project.write("project/controllers/drive/drive.py", "");
+    BOOST_TEST(found() == "drive.py");
+    BOOST_TEST((robot.program_kind == ProgramKind::python));
+    project.write("project/controllers/drive/drive", "");
+    BOOST_TEST(found() == "drive.py");
+    fs::permissions(folder / "drive", fs::perms::owner_all);
+    BOOST_TEST(found() == "drive");
+    BOOST_TEST((robot.program_kind == ProgramKind::executable));
+    fs::remove(folder / "drive");
+    fs::create_symlink("/bin/true", folder / "drive");
+    BOOST_TEST(found() == "drive.py");
+}
+
 BOOST_AUTO_TEST_SUITE_END()

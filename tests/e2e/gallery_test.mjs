@@ -13,6 +13,7 @@ import { WORLD, startClassSite, state } from './class_site.mjs';
 const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true };
 const ARENA = 'Robots in an arena';
 const PATROL = 'A robot on patrol';
+const PATROL_IN_C = 'Patrol in C';
 const DUEL = 'Two robots';
 const TITLES = await demoTitles();
 const LANGUAGES = ['en', 'de', 'es', 'fr', 'it', 'ja', 'zh'];
@@ -170,9 +171,9 @@ test('an operator lists worlds, folders and groups, in words of the own', async 
     { url: WORLD, title: '<b>Lesson 1</b>', group: 'Week 1' },
     { url: 'local:/demo_projects/robots', group: 'Week 2' },
     { url: 'https://github.com/o/r/blob/main/worlds/pick_and_place.wbt', text: 'From afar', group: 'Week 1' },
-  ], 5);
-  const page = await openGallery(t, { worlds: 5 });
-  assert.deepEqual(await titles(page), [PATROL, '<b>Lesson 1</b>', 'Pick and place', 'Corridor', DUEL]);
+  ], 6);
+  const page = await openGallery(t, { worlds: 6 });
+  assert.deepEqual(await titles(page), [PATROL, PATROL_IN_C, '<b>Lesson 1</b>', 'Pick and place', 'Corridor', DUEL]);
   assert.deepEqual(await page.locator('.group h2:visible').allTextContents(), ['Week 1', 'Week 2']);
 });
 
@@ -208,8 +209,8 @@ test('it says what the site is, as the viewer does', async (t) => {
 for (const colorScheme of ['light', 'dark']) {
   for (const [name, size] of Object.entries({ phone: PHONE, laptop: { viewport: { width: 1280, height: 720 } } })) {
     test(`axe-core finds nothing: ${name}, ${colorScheme}`, async (t) => {
-      await list(t, ['local:/demo_projects/patrol', { url: 'local:/demo_projects/robots', group: 'Robots' }], 4);
-      const page = await openGallery(t, { worlds: 4, ...size, colorScheme });
+      await list(t, ['local:/demo_projects/patrol', { url: 'local:/demo_projects/robots', group: 'Robots' }], 5);
+      const page = await openGallery(t, { worlds: 5, ...size, colorScheme });
       assert.deepEqual(await accessibilityFindings(page), []);
       assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true, 'it is too wide');
       await page.goto(`${server}/viewer/worlds/?of=${FOLDER}/${'a_folder_with_a_long_name'.repeat(5)}`);

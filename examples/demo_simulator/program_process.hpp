@@ -1,5 +1,5 @@
-// Starts Python with a program of the project, and the ends of the pipes and of the socket to it. On Linux it
-// dies with the simulator, whatever that dies of.
+// Starts a program of the project, and the ends of the pipes and of the socket to it. On Linux it dies with
+// the simulator, whatever that dies of.
 #pragma once
 
 #include <sys/types.h>
@@ -26,7 +26,7 @@ private:
     int number_;
 };
 
-struct PythonProcess
+struct ProgramProcess
 {
     pid_t id = -1; ///< also of its process group
     OpenFile steps;
@@ -38,7 +38,10 @@ struct PythonProcess
 std::optional<std::string> find_python();
 
 /// Starts the program in its folder. Throws std::system_error.
-PythonProcess start_python(std::string const& python, std::filesystem::path const& program);
+ProgramProcess start_python(std::string const& python, std::filesystem::path const& program);
+
+/// The same of a file that the machine executes.
+ProgramProcess start_executable(std::filesystem::path const& program);
 
 /// The status of a process that has ended, in words: "exited with status 1", "was ended by signal 9
 /// (Killed)".

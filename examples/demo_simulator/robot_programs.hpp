@@ -1,6 +1,6 @@
-// Runs the programs of robots with Python: their processes, what they print, and the socket over which each
-// asks for steps. Never waits for a program. What one prints is read at a bounded speed, so that one that
-// prints without end waits for us, rather than that browsers are flooded.
+// Runs the programs of robots, Python and what is compiled: their processes, what they print, and the socket
+// over which each asks for steps. Never waits for a program. What one prints is read at a bounded speed, so
+// that one that prints without end waits for us, rather than that browsers are flooded.
 #pragma once
 
 #include "programs.hpp"
@@ -20,13 +20,13 @@
 
 namespace webots_cloud::demo {
 
-class PythonPrograms : public Programs
+class RobotPrograms : public Programs
 {
 public:
     static constexpr int lines_per_second = 100; ///< of what one program prints to each of stdout and stderr
 
-    explicit PythonPrograms(boost::asio::io_context& context);
-    ~PythonPrograms() override;
+    explicit RobotPrograms(boost::asio::io_context& context);
+    ~RobotPrograms() override;
 
     void start(std::vector<Program> programs, ProgramListener& listener) override;
     void answer(std::size_t robot, std::string line) override;
@@ -36,7 +36,7 @@ private:
     class Running;
 
     void start_all();
-    void start_one(std::string const& python, Program program);
+    void start_one(Program program);
     void end_all();
     void wait_for_children();
     void reap();

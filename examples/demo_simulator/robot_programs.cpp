@@ -1,9 +1,9 @@
 // Starts the programs of robots with their world, reads what they print and ask for, and ends them. The
 // steps that they ask for are taken together (lock_step.hpp).
-#include "python_programs.hpp"
+#include "robot_programs.hpp"
 
 #include "printed_lines.hpp"
-#include "python_process.hpp"
+#include "program_process.hpp"
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
@@ -35,6 +35,20 @@ std::string quoted_name(Program const& program)
     return "'" + program.name + "' controller";
 }
 
+/// Why it can't run, in a sentence; empty: it can.
+std::string what_is_missing(Program const& program, bool has_python)
+{
+    if (program.kind == ProgramKind::source)
+        return "WARNING: " + quoted_name(program) +
+               " is not compiled yet, so its robot stands: press Run in the editor, which compiles it where "
+               "this machine can.";
+    if (program.kind == ProgramKind::python && !has_python)
+        return "ERROR: " + quoted_name(program) +
+               " needs Python, and this machine has no python3 in its PATH: install it, then reset the "
+               "simulation. The robot stands.";
+    return {};
+}
+
 /// True when the process has ended, which is not reaped by that.
 bool has_ended(pid_t id)
 {
@@ -52,10 +66,10 @@ void kill_group(pid_t id)
 
 } // namespace
 
-class PythonPrograms::Running : public std::enable_shared_from_this<Running>
+class RobotPrograms::Running : public std::enable_shared_from_this<Running>
 {
 public:
-    Running(asio::io_context& context, Program program, PythonProcess process, ProgramListener& listener)
+    Running(asio::io_context& context, Program program, ProgramProcess process, ProgramListener& listener)
         : program_(std::move(program)), id_(process.id), listener_(listener),
           steps_(context, asio::local::stream_protocol(), process.steps.release()), waiting_(context),
           output_(context, process.output.release(), Output::standard),
@@ -246,18 +260,18 @@ private:
     bool is_forgotten_ = false; ///< handlers that are on their way do nothing
 };
 
-PythonPrograms::PythonPrograms(asio::io_context& context)
+RobotPrograms::RobotPrograms(asio::io_context& context)
     : context_(context), children_(context, SIGCHLD), start_timer_(context)
 {
     wait_for_children();
 }
 
-PythonPrograms::~PythonPrograms()
+RobotPrograms::~RobotPrograms()
 {
     end_all();
 }
 
-void PythonPrograms::start(std::vector<Program> programs, ProgramListener& listener)
+void RobotPrograms::start(std::vector<Program> programs, ProgramListener& listener)
 {
     end_all();
     programs_ = std::move(programs);
@@ -272,44 +286,41 @@ void PythonPrograms::start(std::vector<Program> programs, ProgramListener& liste
     });
 }
 
-void PythonPrograms::start_all()
+void RobotPrograms::start_all()
 {
     if (programs_.empty())
         return;
     next_start_ = Clock::now() + start_pause;
-    auto const python = find_python();
     for (Program& program : std::exchange(programs_, {})) {
-        if (python) {
-            start_one(*python, std::move(program));
-            continue;
+        auto const robot = program.robot;
+        auto const name = quoted_name(program);
+        try {
+            start_one(std::move(program));
+        } catch (std::system_error const& failure) {
+            listener_->program_printed("ERROR: " + name + " can't be started: " + failure.what(),
+                                       Output::error);
+            listener_->program_ended(robot);
         }
-        listener_->program_printed("ERROR: " + quoted_name(program) +
-                                       " needs Python, and this machine has no python3 in its PATH: install "
-                                       "it, then reset the simulation. The robot stands.",
-                                   Output::error);
-        listener_->program_ended(program.robot);
     }
 }
 
-void PythonPrograms::start_one(std::string const& python, Program program)
+void RobotPrograms::start_one(Program program)
 {
-    auto const robot = program.robot;
-    auto const name = quoted_name(program);
-    try {
-        auto process = start_python(python, program.file);
-        listener_->program_printed("INFO: " + name + ": starting " + program.file.filename().string(),
-                                   Output::standard);
-        auto running =
-            std::make_shared<Running>(context_, std::move(program), std::move(process), *listener_);
-        running_[robot] = running;
-        running->begin();
-    } catch (std::system_error const& failure) {
-        listener_->program_printed("ERROR: " + name + " can't be started: " + failure.what(), Output::error);
-        listener_->program_ended(robot);
+    auto const python = program.kind == ProgramKind::python ? find_python() : std::nullopt;
+    if (auto const missing = what_is_missing(program, python.has_value()); !missing.empty()) {
+        listener_->program_printed(missing, Output::error);
+        return listener_->program_ended(program.robot);
     }
+    auto process = python ? start_python(*python, program.file) : start_executable(program.file);
+    listener_->program_printed(
+        "INFO: " + quoted_name(program) + ": starting " + program.file.filename().string(), Output::standard);
+    auto const robot = program.robot;
+    auto running = std::make_shared<Running>(context_, std::move(program), std::move(process), *listener_);
+    running_[robot] = running;
+    running->begin();
 }
 
-void PythonPrograms::end_all()
+void RobotPrograms::end_all()
 {
     for (auto const& [robot, running] : std::exchange(running_, {})) {
         running->forget();
@@ -318,19 +329,19 @@ void PythonPrograms::end_all()
     }
 }
 
-void PythonPrograms::answer(std::size_t robot, std::string line)
+void RobotPrograms::answer(std::size_t robot, std::string line)
 {
     if (auto const found = running_.find(robot); found != running_.end())
         found->second->answer(std::move(line));
 }
 
-void PythonPrograms::end(std::size_t robot, std::string const& why)
+void RobotPrograms::end(std::size_t robot, std::string const& why)
 {
     if (auto const found = running_.find(robot); found != running_.end())
         found->second->end(why);
 }
 
-void PythonPrograms::wait_for_children()
+void RobotPrograms::wait_for_children()
 {
     children_.async_wait([this](error_code error, int) {
         if (error)
@@ -340,7 +351,7 @@ void PythonPrograms::wait_for_children()
     });
 }
 
-void PythonPrograms::reap()
+void RobotPrograms::reap()
 {
     std::erase_if(ending_, [](pid_t id) { return ::waitpid(id, nullptr, WNOHANG) != 0; });
     std::vector<std::pair<std::shared_ptr<Running>, int>> finished;

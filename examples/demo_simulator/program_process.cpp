@@ -1,5 +1,6 @@
-// Starts one process of Python with its pipes, and ends it. python_programs.cpp decides when.
-#include "python_process.hpp"
+// Starts one process with its pipes: a program of the project, or Python with one. robot_programs.cpp decides
+// when.
+#include "program_process.hpp"
 
 #include "controller_module.hpp"
 
@@ -18,6 +19,7 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace webots_cloud::demo {
 namespace {
@@ -67,7 +69,7 @@ struct Child
 };
 
 /// Between fork and exec: nothing but system calls.
-[[noreturn]] void become_python(Child child)
+[[noreturn]] void become_program(Child child)
 {
     constexpr int out_of_the_way = 10;
     ::setpgid(0, 0);
@@ -82,9 +84,34 @@ struct Child
     if (ready && ::close_range(first_unused, ~0U, 0) != 0)
         for (int file = first_unused; file < 4096; ++file)
             ::close(file);
-    if (ready)
+    if (ready) {
         ::execv(child.arguments[0], child.arguments);
+        // The simulator reads it as the program's last words.
+        std::string_view const why = ::strerrordesc_np(errno);
+        [[maybe_unused]] auto const told = ::write(STDERR_FILENO, why.data(), why.size());
+    }
     ::_exit(127);
+}
+
+/// Starts it in the folder, where `words` are its file and its arguments.
+ProgramProcess start_process(std::vector<std::string> words, std::filesystem::path const& folder, OpenFile in)
+{
+    auto [output, write_output] = new_pipe();
+    auto [errors, write_errors] = new_pipe();
+    auto [ours, theirs] = new_socket_pair();
+    std::vector<char*> arguments;
+    for (auto& word : words)
+        arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    Child const child{{in.number(), write_output.number(), write_errors.number(), theirs.number()},
+                      folder.c_str(),
+                      arguments.data(),
+                      ::getpid()};
+    pid_t const id = checked(::fork(), "fork");
+    if (id == 0)
+        become_program(child);
+    ::setpgid(id, id); // whoever comes first
+    return {id, std::move(ours), std::move(output), std::move(errors)};
 }
 
 } // namespace
@@ -120,27 +147,17 @@ std::optional<std::string> find_python()
     return std::nullopt;
 }
 
-PythonProcess start_python(std::string const& python, std::filesystem::path const& program)
+ProgramProcess start_python(std::string const& python, std::filesystem::path const& program)
 {
-    OpenFile const in = module_on_stdin();
-    auto [output, write_output] = new_pipe();
-    auto [errors, write_errors] = new_pipe();
-    auto [ours, theirs] = new_socket_pair();
-    auto const folder = program.parent_path().string();
     // Unbuffered, without files of compiled modules in the project, and with UTF-8 in every locale.
-    std::string words[] = {python, "-u", "-B", "-X", "utf8", "-", program.filename().string()};
-    char* arguments[std::size(words) + 1] = {};
-    for (std::size_t i = 0; i < std::size(words); ++i)
-        arguments[i] = words[i].data();
-    Child const child{{in.number(), write_output.number(), write_errors.number(), theirs.number()},
-                      folder.c_str(),
-                      arguments,
-                      ::getpid()};
-    pid_t const id = checked(::fork(), "fork");
-    if (id == 0)
-        become_python(child);
-    ::setpgid(id, id); // whoever comes first
-    return {id, std::move(ours), std::move(output), std::move(errors)};
+    return start_process({python, "-u", "-B", "-X", "utf8", "-", program.filename().string()},
+                         program.parent_path(), module_on_stdin());
+}
+
+ProgramProcess start_executable(std::filesystem::path const& program)
+{
+    return start_process({program.string()}, program.parent_path(),
+                         OpenFile(checked(::open("/dev/null", O_RDONLY | O_CLOEXEC), "/dev/null")));
 }
 
 std::string ending(int status)
