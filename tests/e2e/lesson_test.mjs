@@ -2,6 +2,7 @@
 // seats are staged.
 
 import assert from 'node:assert/strict';
+import { existsSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
@@ -72,6 +73,31 @@ for (const [name, options, words] of [
     await state(page, 'idle');
   });
 }
+
+const IN_C = await readFile(fileURLToPath(new URL('../../examples/demo_projects/patrol/controllers/patrol_in_c/patrol_in_c.c', import.meta.url)), 'utf-8');
+const isInstalled = (program) => process.env.PATH.split(':').some((folder) => existsSync(`${folder}/${program}`));
+const missing = ['make', 'cc'].filter((program) => !isInstalled(program));
+
+test('Run compiles a program in C: what is wrong is marked and nothing runs, and then the robot drives', {
+  timeout: 120000, skip: missing.length > 0 && `${missing.join(' and ')} not installed`,
+}, async (t) => {
+  const page = await openPage(t, browser);
+  await page.goto(server);
+  await page.click('.world[href*="patrol_in_c"]');
+  await state(page, 'running');
+  await page.click('#show-code');
+  await has(page, 'wb_robot_step(step)');
+  await write(page, IN_C.replace('wb_robot_step(step)', 'wb_robot_step(stride)'));
+  await page.waitForSelector(`#programs ${WRONG_LINE}`);
+  const line = IN_C.split('\n').findIndex((each) => each.includes('wb_robot_step(step)')) + 1;
+  assert.match(await page.textContent('#programs .said'), new RegExp(`patrol_in_c\\.c.*\\b${line}\\b`));
+  assert.match(await page.textContent('#programs .messages'), /'stride' undeclared/);
+  await write(page, IN_C.replace('on patrol', 'in C on patrol'));
+  await says(page, '#console', 'in C on patrol');
+  assert.equal(await page.locator(`#programs ${WRONG_LINE}`).count(), 0);
+  await page.click('#quit');
+  await state(page, 'idle');
+});
 
 // The view of a student has a shadow tree of its own, which selectors of Playwright see through.
 const ofView = '#simulation';
