@@ -43,7 +43,7 @@ FLOORS = {
     'src/site': ['webots_cloud/', 'src/core/', 'src/site/', 'src/app/environment.hpp', 'src/app/own_limits.hpp', 'boost/asio/', 'boost/json/', 'sys/', 'unistd.h', 'fcntl.h'],
     'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/core/config/', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp', 'src/site/site.hpp'],
-    'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
+    'examples/demo_simulator': ['examples/demo_simulator/', 'webots/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
 }
 # Of what FLOORS allows.
 FORBIDDEN = {'src/service': ABOVE_SERVICES, 'src/testing': ABOVE_SERVICES}

@@ -211,9 +211,9 @@ class FindPackage(PackagingTest):
     def test_what_the_simulation_server_starts_is_installed_beside_it(self):
         for program in ("webots-process-guard", "webots-demo-simulator"):
             self.assertTrue(os.access(os.path.join(self.prefix, "bin", program), os.X_OK), program)
-        projects = os.path.join("examples", "demo_projects")
-        self.assertEqual(files_below(os.path.join(self.prefix, "share", "webots_cloud", projects)),
-                         files_below(os.path.join(SOURCE, projects)))
+        data = os.path.join(self.prefix, "share", "webots_cloud")
+        for installed, source in (("examples/demo_projects", "examples/demo_projects"), ("demo_simulator", "examples/demo_simulator/home")):
+            self.assertEqual(files_below(os.path.join(data, installed)), files_below(os.path.join(SOURCE, source)))
 
 
 class AddSubdirectory(PackagingTest):
