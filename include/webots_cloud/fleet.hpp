@@ -70,7 +70,7 @@ struct ServerChange
     enum class Kind : std::uint8_t
     {
         added,
-        changed, ///< It is treated in another way, or stands elsewhere.
+        changed, ///< Its entry or its place in the list has changed.
         removed
     };
 
@@ -143,8 +143,9 @@ public:
     explicit Fleet(std::function<std::string(std::string_view message)> mac = {});
     ~Fleet();
 
-    /// These are its machines from now on: new ones are added, those missing are removed, the others stay
-    /// what they are, drained ones drained. Of entries with one address the first counts.
+    /// These are its machines from now on: new ones are added, those missing are removed, the others take
+    /// the new entry, and stay drained if the operator drained them. Of entries with one address the first
+    /// counts.
     void set(std::vector<ServerSpec> const& servers);
 
     /// What becomes different, one after the other. It costs what it changes.

@@ -56,7 +56,8 @@ struct Candidate
 
     std::string_view address; ///< Valid as long as the snapshot that it came from; empty in a `Decision`.
     double load = 0;          ///< Percent: the last report, untouched.
-    double committed = 0;     ///< Percent: what the load will be when all placed sessions show in it.
+    /// Percent: the smoothed load, and what placed sessions will add to it. May be below `load`.
+    double committed = 0;
     double score = 0;  ///< What `least_committed` minimises: `committed` with one session more, weighted.
     double cost = 0;   ///< Percent: how much one session moves the load, as learned.
     double weight = 1; ///< The operator's `ServerSpec::weight`.
@@ -161,10 +162,9 @@ struct SchedulerParams
     /// them.
     double memory_threshold = 90;
 
-    /// Percent of a machine, default 12, positive: what a session costs until the machine has taught better.
-    /// A reported capacity is a ceiling, often generous, and says nothing about it. A guess chooses between
-    /// machines but sends nobody away: `Refusal::committed` begins when sessions have been seen to come or
-    /// go.
+    /// Percent of a machine, default 12, positive: the assumed cost of a session until the machine's own has
+    /// been learned. It ranks machines, but never refuses one: `Refusal::committed` begins when sessions have
+    /// been seen to come or go. A reported capacity is a ceiling, often generous, and says nothing about it.
     double session_cost = 12;
     /// Percent of a machine's memory, default 2, not negative: likewise.
     double session_memory = 2;
@@ -206,9 +206,9 @@ struct PlacementRequest
     /// Machines, by their entries of "simulationServers", that do not come into question: some that have
     /// refused this session, for instance.
     std::vector<std::string> excluded;
-    /// For who can wait: fails where every machine that is offered has as many sessions as it can carry,
-    /// counting placements that no browser has claimed yet, instead of choosing the one that is the least
-    /// overcommitted.
+    /// For callers who can wait: fails, instead of choosing the least overcommitted machine, where each that
+    /// is offered would be `full`, `memory` or `committed` if all placements were sessions. An assumed
+    /// `session_cost` fills no machine.
     bool only_free = false;
     /// For callers who can wait a moment, with `only_free`: a machine that has sessions is not chosen if this
     /// one would make it over-full, by what its world is known to need; fails with `too_large` if that leaves
@@ -376,23 +376,25 @@ public:
     Scheduler(Scheduler&&) noexcept;
     Scheduler& operator=(Scheduler&&) noexcept;
 
-    /// What is known of the costs of worlds, as text: some 200 kB at most, of those seen last. For those
-    /// who want it back after a restart.
+    /// What is known of the costs of worlds, as text, to be loaded after a restart: some 200 kB at most, of
+    /// those seen last.
     std::string save_costs(TimePoint now) const;
     /// Replaces what is known of the costs of worlds by what was saved, as old as it was then.
     ///
-    /// Errors: `errc::invalid_argument` when the text is of no save_costs(); then nothing changes.
+    /// Errors: `errc::invalid_argument` when the text was not written by save_costs(); then nothing changes.
     result<> load_costs(std::string_view text, TimePoint now);
 
-    /// Its machines are those of the fleet, from now on, instead of those of `set_servers`. Those that the
-    /// fleet drains get no more sessions; those that they have stay. Each change is O(log n).
+    /// Its machines are those of the fleet, from now on. Those that the fleet drains get no more sessions;
+    /// those that they have stay. Each change is O(log n).
     ///
     /// Lifetime: either may end first.
     void follow(Fleet& fleet);
 
-    /// Replaces the list of machines: new ones are added, those missing are forgotten, and what is known
-    /// about the others stays. Of entries with one address the first counts; a weight that is not positive
-    /// counts as 1.
+    /// Replaces the list of machines: new ones are added, those missing are forgotten; known ones take the
+    /// new weight, drain and labels, and what was learned about them stays. Of entries with one address the
+    /// first counts; a weight that is not positive counts as 1.
+    ///
+    /// Precondition: it does not follow() a fleet; a list comes from one of the two.
     void set_servers(std::vector<ServerSpec> const& servers);
 
     /// Takes other parameters, a policy of your own included, but for `placement_timeout` and `seed`, which
@@ -418,8 +420,8 @@ public:
     ///
     /// Precondition: `now` never goes back, here and in all other functions.
     /// Errors: `errc::unavailable`, "no simulation server available at the moment.", when no machine is
-    /// offered, or all free seats are held; `errc::invalid_argument` when a policy of your own returned a
-    /// position that does not exist.
+    /// offered (see `Refusal`), or all free seats are held; placements alone never cause it;
+    /// `errc::invalid_argument` when a policy of your own returned a position that does not exist.
     result<Placement> place(TimePoint now);
 
     /// The same for a session of which more is known. O(n) where its world is known or machines report
@@ -427,7 +429,7 @@ public:
     ///
     /// Errors: as place(now), but for held seats where they are for it; `errc::too_large`, see
     /// `PlacementRequest::must_fit`; `errc::refused`, with a sentence for people, when no machine of the list
-    /// has the labels, so that waiting would not help; `errc::invalid_argument` for labels that are none.
+    /// has the labels, so that waiting would not help; `errc::invalid_argument` for malformed labels.
     result<Placement> place(PlacementRequest const& request, TimePoint now);
 
     /// Whom to ask for a report before this session is placed, the best machine first: of the three best
@@ -453,7 +455,7 @@ public:
 
     /// How many machines there are for each `Refusal`, `none` included. Unlike place(now), this counts
     /// placements that no browser has claimed yet: machines that they fill are `full`, `memory` or
-    /// `committed`, as for those who can wait (`PlacementRequest::only_free`). O(1).
+    /// `committed`, as for callers who can wait (`PlacementRequest::only_free`). O(1).
     std::array<std::size_t, refusal_count> refusals(TimePoint now) const;
     /// The same of one machine, for a session that needs these labels; `unknown` where it is not in the list.
     /// O(1).
@@ -493,7 +495,7 @@ public:
     /// Lets the decision's policy decide again from what the decision recorded: the address it chooses,
     /// `decision.chosen` as long as the policy is a pure function.
     /// Errors: `errc::unavailable` when no machine was offered; `errc::not_found` when the record is not
-    /// complete, or when the policy was replaced and none of the last 100 decisions is its.
+    /// complete, or when the policy was replaced and none of the last 100 decisions used it.
     result<std::string> replay(Decision const& decision) const;
 
 private:

@@ -290,7 +290,7 @@ class Programs(unittest.IsolatedAsyncioTestCase):
                     path = simulation.configure()
                     status, said = simulation.command("--check-config")
                     self.assertEqual(status, 2, said)
-                    self.assertIn(f"{path}: {what}: there is no program {home}/webots. ", said)
+                    self.assertIn(f"{path}: {what}: {home}/webots is missing or not executable. ", said)
                     self.assertEqual(simulation.command(), (status, said))  # a start
         with contextlib.closing(server(webotsHome=self.home, environment={"WEBOTS_HOME": nowhere})) as simulation:
             simulation.configure()

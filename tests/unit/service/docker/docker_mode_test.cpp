@@ -550,7 +550,6 @@ std::string image_id(char digit)
     return concat("sha256:", std::string(64, digit));
 }
 
-// Issue 43, line 7.
 BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simulation)
 {
     Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
@@ -667,7 +666,7 @@ BOOST_AUTO_TEST_CASE(docker_is_not_followed_for_a_project_that_has_nothing_run)
     BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 3u);
 }
 
-// Issue 43, line 7: so that nobody can start an image from it.
+// So that nobody can start an image from it.
 BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again_and_lose_the_names_that_they_get_late)
 {
     Fixture fixture;
@@ -878,7 +877,7 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
         browser.sent.back().starts_with("loading: Error: Unable to start Webots: it exited with status 1"));
 }
 
-// Issue 43, line 7: private networks and the metadata service of a cloud are no business of a Dockerfile's.
+// Private networks and the metadata service of a cloud are no business of a Dockerfile's.
 BOOST_AUTO_TEST_CASE(dockerfiles_of_projects_are_built_without_a_network_unless_the_operator_allows_it)
 {
     for (bool const competes : {true, false})

@@ -94,7 +94,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_announced_with_its_token_and_reached_throug
     fixture.leave(browser);
 }
 
-// Issue 24, line 1: a machine that was found knows from the session server how browsers reach it.
+// A machine that was found knows from the session server how browsers reach it.
 BOOST_AUTO_TEST_CASE(
     a_simulation_is_announced_below_the_session_server_whose_gateway_its_browser_came_through)
 {

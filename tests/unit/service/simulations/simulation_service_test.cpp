@@ -1410,7 +1410,6 @@ BOOST_AUTO_TEST_CASE(whatever_fails_exactly_one_error_is_told_and_nothing_is_lef
     }
 }
 
-// Issue 20, item 4.
 BOOST_AUTO_TEST_CASE(where_tickets_are_asked_for_each_starts_one_simulation)
 {
     std::vector<std::string> shown;
