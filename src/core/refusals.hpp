@@ -120,6 +120,7 @@ enum class Refused : std::uint8_t
 
     // The simulator.
     not_started,
+    ended_early,
     not_loaded,
     no_port,
     quit,
