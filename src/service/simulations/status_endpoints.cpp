@@ -162,7 +162,7 @@ boost::asio::awaitable<result<>> StatusEndpoints::look_at_processes()
             co_await look_at_some();
         }
         if (update_due)
-            feed_.publish(board_.update(rows(), capacity(), context_.state.is_draining()));
+            feed_.publish(board_.update(rows(), machine(), context_.state.is_draining()));
     }
 }
 
@@ -277,10 +277,16 @@ std::vector<WorldUse> StatusEndpoints::worlds() const
     return worlds;
 }
 
+/// What the monitor page shows of it beside what is measured once a second.
+std::vector<core::MachineFigure> StatusEndpoints::machine() const
+{
+    return {{"capacity", static_cast<double>(capacity())}};
+}
+
 std::string StatusEndpoints::monitor_snapshot()
 {
     want_look();
-    return board_.snapshot(rows(), capacity(), context_.state.is_draining());
+    return board_.snapshot(rows(), machine(), context_.state.is_draining());
 }
 
 Answer StatusEndpoints::monitor_page(IncomingRequest const& request)

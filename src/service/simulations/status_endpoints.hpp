@@ -79,6 +79,7 @@ private:
     double memory_of_browsers() const;
     std::vector<core::SimulationRow> rows() const;
     std::size_t capacity() const;
+    std::vector<core::MachineFigure> machine() const;
     LoadReport report() const;
     std::vector<WorldUse> worlds() const;
     std::string monitor_snapshot();
