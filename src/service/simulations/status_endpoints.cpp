@@ -45,6 +45,28 @@ std::optional<std::uint64_t> simulation_number(std::string_view query)
                                                                         : std::nullopt;
 }
 
+/// What has gone through the gateway, simulations that have ended included.
+struct GatewayTraffic
+{
+    double connections = 0;
+    double received = 0; ///< Bytes from browsers.
+    double sent = 0;
+};
+
+GatewayTraffic traffic_of(SessionContext const& context, SimulationSessions const& sessions)
+{
+    GatewayTraffic traffic;
+    traffic.received = static_cast<double>(context.received);
+    traffic.sent = static_cast<double>(context.sent);
+    for (auto const& [id, session] : sessions)
+        if (auto const* tunnels = session->gateway().tunnels()) {
+            traffic.connections += static_cast<double>(tunnels->open());
+            traffic.received += static_cast<double>(tunnels->received());
+            traffic.sent += static_cast<double>(tunnels->sent());
+        }
+    return traffic;
+}
+
 } // namespace
 
 StatusEndpoints::StatusEndpoints(SimulationServiceParams const& params, SimulationServiceHooks const& hooks,
@@ -280,7 +302,10 @@ std::vector<WorldUse> StatusEndpoints::worlds() const
 /// What the monitor page shows of it beside what is measured once a second.
 std::vector<core::MachineFigure> StatusEndpoints::machine() const
 {
-    return {{"capacity", static_cast<double>(capacity())}};
+    std::vector<core::MachineFigure> figures{{"capacity", static_cast<double>(capacity())}};
+    if (context_.launcher.params().config.gateway)
+        figures.push_back({"sent", traffic_of(context_, sessions_).sent});
+    return figures;
 }
 
 std::string StatusEndpoints::monitor_snapshot()
@@ -401,22 +426,13 @@ Answer StatusEndpoints::figures(IncomingRequest const&)
     return core::metrics_page(text.take(), hooks_.more_metrics);
 }
 
-/// What has gone through the gateway.
 void StatusEndpoints::write_traffic(core::MetricsText& text) const
 {
-    double connections = 0;
-    auto received = static_cast<double>(context_.received);
-    auto sent = static_cast<double>(context_.sent);
-    for (auto const& [id, session] : sessions_)
-        if (auto const* tunnels = session->gateway().tunnels()) {
-            connections += static_cast<double>(tunnels->open());
-            received += static_cast<double>(tunnels->received());
-            sent += static_cast<double>(tunnels->sent());
-        }
-    text.family(core::metric("gateway_connections")).add(connections);
+    auto const traffic = traffic_of(context_, sessions_);
+    text.family(core::metric("gateway_connections")).add(traffic.connections);
     text.family(core::metric("gateway_bytes_total"))
-        .add(received, {{"from", "browsers"}})
-        .add(sent, {{"from", "simulations"}});
+        .add(traffic.received, {{"from", "browsers"}})
+        .add(traffic.sent, {{"from", "simulations"}});
 }
 
 /// What simulations use, all together, and how many wanted more than they may have.

@@ -30,6 +30,7 @@
   const MEASURES = [
     { name: 'load', title: () => say('monitor.load'), of: ({ load }) => load },
     ...SHARES.map((share) => ({ ...share, of: () => (hasShare(share) ? minutes.of(share.name).at(-1) ?? 0 : undefined) })),
+    { name: 'sent', title: () => say('monitor.sentToBrowsers'), of: ({ sent }) => sent, format: (bytes) => texts.megabytes(bytes / 1e6) },
   ];
   let bars = new Map(); // by name
 

@@ -401,6 +401,7 @@ BOOST_AUTO_TEST_CASE(bytes_are_counted_also_of_simulations_that_have_ended)
     BOOST_TEST(figures.find("webots_gateway_bytes_total{from=\"simulations\"} 1000\n") != std::string::npos,
                figures);
     BOOST_TEST(figures.find("webots_gateway_connections 0\n") != std::string::npos, figures);
+    BOOST_TEST(fixture.get("/monitor").text().find(R"("sent":1000,)") != std::string::npos);
     fixture.leave(second);
 }
 
