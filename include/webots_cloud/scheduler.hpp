@@ -404,13 +404,14 @@ public:
     /// Errors: as validate(), and the old ones stay.
     result<> apply(SchedulerParams params);
 
-    /// A machine answered a poll. Reports of servers that are not in the list are ignored. One with a number
-    /// that is negative or not finite counts as a failed poll: see `mark_unreachable`.
-    void report(std::string_view server, LoadReport const& report, TimePoint now);
+    /// A machine answered a poll. One with a number that is negative or not finite counts as a failed poll:
+    /// see `mark_unreachable`. False: it is not in the list.
+    bool report(std::string_view server, LoadReport const& report, TimePoint now);
 
     /// A poll of a machine failed: it is not offered until its next report. Your own poller says so here, or
-    /// the machine is offered until its last report is older than `report_lifetime`.
-    void mark_unreachable(std::string_view server, TimePoint now);
+    /// the machine is offered until its last report is older than `report_lifetime`. False: it is not in the
+    /// list.
+    bool mark_unreachable(std::string_view server, TimePoint now);
 
     /// What a LoadMonitor found, with LoadMonitor::next_events: report(), or mark_unreachable() where the
     /// poll failed.
@@ -472,11 +473,13 @@ public:
     ///
     /// Errors: as place(), but for held seats.
     result<Placement> place_held(TimePoint now);
-    /// How many more sessions the machines have room for, held seats included: an estimate.
+    /// How many more sessions the machines have room for, held seats included: an estimate, but 0 exactly
+    /// where `PlacementRequest::only_free` finds no machine.
     ///
-    /// Of machines that are offered, `capacity` less sessions and placements that no report shows yet; no
-    /// more than their load leaves room for, once the fleet has taught what a session costs. Of machines that
-    /// report no capacity, what their load leaves room for. O(1).
+    /// Of each machine that is offered and that placements do not fill, `capacity` less sessions and
+    /// placements that no report shows yet; no more than its load leaves room for, once the fleet has taught
+    /// what a session costs; of one that reports no capacity, what its load leaves room for; and 1 at least.
+    /// O(1).
     std::size_t free_seats(TimePoint now) const;
 
     /// What is known about every machine, in the operator's order. For monitor pages.
