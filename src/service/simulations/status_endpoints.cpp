@@ -56,8 +56,8 @@ struct GatewayTraffic
 GatewayTraffic traffic_of(SessionContext const& context, SimulationSessions const& sessions)
 {
     GatewayTraffic traffic;
-    traffic.received = static_cast<double>(context.received);
-    traffic.sent = static_cast<double>(context.sent);
+    traffic.received = static_cast<double>(context.ended_received);
+    traffic.sent = static_cast<double>(context.ended_sent);
     for (auto const& [id, session] : sessions)
         if (auto const* tunnels = session->gateway().tunnels()) {
             traffic.connections += static_cast<double>(tunnels->open());
@@ -250,8 +250,8 @@ LoadReport StatusEndpoints::report() const
     report.capacity = std::max(0, context_.admission.max_simulations() - fetches);
     report.memory = memory_of_browsers();
     report.draining = context_.state.is_draining();
-    report.arrivals = static_cast<std::int64_t>(context_.starts.arrivals());
-    report.failed = static_cast<std::int64_t>(context_.starts.lost());
+    report.arrivals = static_cast<std::int64_t>(context_.start_figures.arrivals());
+    report.failed = static_cast<std::int64_t>(context_.start_figures.lost());
     report.departures = *report.arrivals - *report.sessions;
     report.labels = params_.labels;
     if (description_.cores > 0) {
@@ -384,7 +384,7 @@ boost::asio::awaitable<void> StatusEndpoints::watch(Channel& channel)
     return feed_.serve(greeting_, channel);
 }
 
-Answer StatusEndpoints::figures(IncomingRequest const&)
+Answer StatusEndpoints::metrics_answer(IncomingRequest const&)
 {
     core::MetricsText text;
     text.family(core::metric("build_info")).add(1, {{"version", version()}});
@@ -421,8 +421,8 @@ Answer StatusEndpoints::figures(IncomingRequest const&)
     }
     if (context_.launcher.params().config.gateway)
         write_traffic(text);
-    context_.starts.write(text);
-    context_.fetches.write(text);
+    context_.start_figures.write(text);
+    context_.fetch_figures.write(text);
     return core::metrics_page(text.take(), hooks_.more_metrics);
 }
 
@@ -538,7 +538,7 @@ std::span<Route<StatusEndpoints> const> StatusEndpoints::routes()
         {"/load",         Methods::read, everybody,           ignored,  &Self::load_answer},
         {"/monitor",      Methods::read, everybody,           accepted, &Self::monitor_page},
         {"/monitor/*",    Methods::read, everybody,           ignored,  &Self::watch_by_key},
-        {"/metrics",      Methods::read, everybody,           ignored,  &Self::figures},
+        {"/metrics",      Methods::read, everybody,           ignored,  &Self::metrics_answer},
         {"/livez",        Methods::read, everybody,           ignored,  &Self::liveness},
         {"/livez/",       Methods::read, everybody,           ignored,  &Self::liveness},
         {"/readyz",       Methods::read, everybody,           ignored,  &Self::readiness},

@@ -93,7 +93,7 @@ private:
     Answer watch_by_key(IncomingRequest const& request);
     void write_consumption(core::MetricsText& text) const;
     void write_traffic(core::MetricsText& text) const;
-    Answer figures(IncomingRequest const& request);
+    Answer metrics_answer(IncomingRequest const& request);
     Answer liveness(IncomingRequest const& request);
     Answer readiness(IncomingRequest const& request);
     Answer drain_answer(IncomingRequest const& request);
