@@ -18,6 +18,6 @@ int main()
     scheduler.report("sim2.example.org:2000", LoadReport(10), now);
 
     for (int browser = 1; browser <= 5; ++browser)
-        if (auto const placement = scheduler.place(now)) // fails when no machine is free
+        if (auto const placement = scheduler.place(now)) // fails when no machine is offered
             std::cout << "browser " << browser << ": " << placement->address << '\n';
 }

@@ -5,6 +5,8 @@
 //     PUT /load/HOST:PORT   with the load as body: a number of percent, or the JSON of docs/scheduling.md
 //                           ("What machines report")
 //     GET /session          where the next browser goes
+//     PUT /drain/HOST:PORT  the machine gets no more sessions, and keeps those that it has; DELETE takes it
+//     back
 //
 //     08_behind_your_server PORT HOST:PORT...
 //
@@ -22,7 +24,6 @@
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http.hpp>
 
-#include <algorithm>
 #include <charconv>
 #include <csignal>
 #include <iostream>
@@ -35,11 +36,13 @@ using asio::ip::tcp;
 using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
 
-/// The scheduler and the machines that it places browsers on.
+/// The machines, and the scheduler that places browsers on them.
 struct Site
 {
+    Site() { scheduler.follow(fleet); }
+
+    Fleet fleet;
     Scheduler scheduler;
-    std::vector<ServerSpec> machines;
 };
 
 Response text(Request const& request, http::status status, std::string body)
@@ -56,13 +59,19 @@ Response text(Request const& request, http::status status, std::string body)
 /// A machine says its load. Who may do so is your server's business.
 Response take_report(Site& site, Request const& request, std::string_view machine)
 {
-    auto const is_it = [&](ServerSpec const& spec) { return spec.address == machine; };
-    if (std::none_of(site.machines.begin(), site.machines.end(), is_it))
-        return text(request, http::status::not_found, "There is no such machine.");
     auto const report = parse_load_report(request.body());
     if (!report)
         return text(request, http::status::bad_request, report.error().message());
-    site.scheduler.report(machine, *report, std::chrono::steady_clock::now());
+    if (!site.scheduler.report(machine, *report, std::chrono::steady_clock::now()))
+        return text(request, http::status::not_found, "There is no such machine.");
+    return text(request, http::status::ok, "");
+}
+
+/// The operator drains a machine, or takes that back. Who is one is your server's business, too.
+Response drain(Site& site, Request const& request, std::string_view machine)
+{
+    if (!site.fleet.drain(machine, request.method() == http::verb::put))
+        return text(request, http::status::not_found, "There is no such machine.");
     return text(request, http::status::ok, "");
 }
 
@@ -80,8 +89,12 @@ Response answer(Site& site, Request const& request)
 {
     std::string_view const target(request.target().data(), request.target().size());
     constexpr std::string_view load = "/load/";
-    if (request.method() == http::verb::put && target.substr(0, load.size()) == load)
+    constexpr std::string_view drained = "/drain/";
+    bool const is_put = request.method() == http::verb::put;
+    if (is_put && target.starts_with(load))
         return take_report(site, request, target.substr(load.size()));
+    if ((is_put || request.method() == http::verb::delete_) && target.starts_with(drained))
+        return drain(site, request, target.substr(drained.size()));
     if (request.method() == http::verb::get && target == "/session")
         return place(site, request);
     return text(request, http::status::not_found, "There is nothing here.");
@@ -139,8 +152,7 @@ int main(int argc, char** argv)
     }
     Site site;
     for (int i = 2; i < argc; ++i)
-        site.machines.emplace_back(argv[i]);
-    site.scheduler.set_servers(site.machines);
+        site.fleet.put(ServerSpec(argv[i]));
 
     asio::io_context context(1);
     tcp::acceptor acceptor(context);

@@ -3,12 +3,12 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
-#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/listed_world.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/server_load.hpp>
+#include <webots_cloud/server_spec.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <cstdint>

@@ -7,142 +7,24 @@
 // Scheduler, at the end.
 #pragma once
 
+#include <webots_cloud/decision.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/fleet.hpp>
+#include <webots_cloud/scheduling_policy.hpp>
 #include <webots_cloud/server_load.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
-
-/// Why a machine is not offered.
-enum class Refusal : std::uint8_t
-{
-    none,      ///< It is offered.
-    unknown,   ///< It has not reported yet.
-    lost,      ///< Its last poll failed.
-    stale,     ///< Its last report is older than `report_lifetime`.
-    draining,  ///< It says so itself, or the operator does.
-    full,      ///< Its sessions reach its `capacity`.
-    memory,    ///< Its memory in use, with what its starting sessions will need, reaches `memory_threshold`.
-    load,      ///< Its reported load reaches `threshold`.
-    committed, ///< Its reported load does not reach `threshold`, but does with its starting sessions.
-    labels,    ///< It lacks a label that this request needs: only in a `Decision`.
-    excluded,  ///< This request does not want it: only in a `Decision`.
-    room,      ///< This session would make it over-full (`must_fit`): only in a `Decision`.
-};
-inline constexpr std::size_t refusal_count = 12;
-
-/// The name of a reason, as in `GET /api/decisions`.
-std::string_view to_string(Refusal reason) noexcept;
-
-/// What a policy knows about a machine. Percentages are of that machine.
-struct Candidate
-{
-    Candidate() = default;
-
-    std::string_view address; ///< Valid as long as the snapshot that it came from; empty in a `Decision`.
-    double load = 0;          ///< Percent: the last report, untouched.
-    double committed = 0;     ///< Percent: what the load will be when all placed sessions show in it.
-    double score = 0;  ///< What `least_committed` minimises: `committed` with one session more, weighted.
-    double cost = 0;   ///< Percent: how much one session moves the load, as learned.
-    double weight = 1; ///< The operator's `ServerSpec::weight`.
-    int sessions = 0;  ///< As reported; 0 where the machine reports a bare number.
-    int pending = 0;   ///< Placed here, neither confirmed by a report nor timed out.
-    Refusal refusal = Refusal::none; ///< Always `none` in a snapshot; a `Decision` lists refused ones too.
-    /// Counting placements that no browser has claimed yet, it would be refused as `full`, `memory` or
-    /// `committed`. It is offered only while every machine is like that.
-    bool overcommitted = false;
-    /// It has the project of this request in its cache, and its score was lowered for that.
-    bool warm = false;
-
-    bool operator==(Candidate const&) const = default;
-};
-
-/// The random numbers of one decision: SplitMix64 (Steele, Lea, Flood 2014), a UniformRandomBitGenerator.
-///
-/// Own code instead of std::mt19937_64 because its state is 8 bytes instead of 2.5 kB, so that every decision
-/// can keep it and be replayed, and because its numbers are the same with every standard library.
-class RandomSource
-{
-public:
-    using result_type = std::uint64_t;
-
-    explicit RandomSource(std::uint64_t seed = 0) noexcept : state_(seed) {}
-
-    static constexpr result_type min() noexcept { return 0; }
-    static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
-    result_type operator()() noexcept
-    {
-        state_ += 0x9e3779b97f4a7c15u;
-        std::uint64_t mixed = (state_ ^ (state_ >> 30)) * 0xbf58476d1ce4e5b9u;
-        mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebu;
-        return mixed ^ (mixed >> 31);
-    }
-    /// A real number, 0 <= number < 1.
-    double uniform() noexcept { return static_cast<double>((*this)() >> 11) * 0x1p-53; }
-    /// An integer, 0 <= number < `count`.
-    /// Precondition: `count` > 0.
-    std::size_t below(std::size_t count) noexcept
-    {
-        return static_cast<std::size_t>(uniform() * static_cast<double>(count));
-    }
-
-private:
-    std::uint64_t state_;
-};
-
-/// The machines that may take a session at one moment: what a policy chooses from.
-///
-/// A view, never a copy: it costs nothing to make, however many machines there are. Positions begin with 0
-/// and are in no particular order. Everything that a policy reads is written down, so that its decision can
-/// be replayed.
-class PlacementSnapshot
-{
-public:
-    virtual ~PlacementSnapshot() = default;
-
-    /// How many machines may take a session; at least 1 when a policy is asked.
-    virtual std::size_t size() const = 0;
-    /// Precondition: `position` < size().
-    virtual Candidate operator[](std::size_t position) const = 0;
-    /// The machine of the smallest `score`; of equals, the one that was given a session longest ago.
-    /// O(log n).
-    virtual std::size_t least_committed() const = 0;
-    /// The machine of the smallest `load`; of equals likewise.
-    virtual std::size_t least_reported() const = 0;
-    /// Fills `positions` with the machines of the smallest scores, in that order; returns how many there are.
-    ///
-    /// Looks at one of `parts` parts of the fleet: the one that holds the share `where` (0 <= where < 1) of
-    /// the machines, in whatever order. Parts are about equal; one may be empty of machines that can take a
-    /// session. O(k log n) for k positions, k at most `max_lowest`.
-    virtual std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const = 0;
-    /// How many sessions others have probably placed on these machines since their reports.
-    virtual double unseen_arrivals() const = 0;
-
-    static constexpr std::size_t max_lowest = 16;
-};
-
-/// Chooses a position of the snapshot. Pure: what it returns depends on its two arguments only.
-using SchedulingPolicy = std::function<std::size_t(PlacementSnapshot const&, RandomSource&)>;
-
-/// The policy of the config key "scheduling": least_committed, least_reported, random or power_of_two.
-///
-/// Errors: `errc::invalid_argument`, its detail names the four.
-result<SchedulingPolicy> scheduling_policy(std::string_view name);
 
 /// How the scheduler decides. The defaults suit browsers, machines of some 8 sessions and polls every 5 s.
 struct SchedulerParams
@@ -161,10 +43,9 @@ struct SchedulerParams
     /// them.
     double memory_threshold = 90;
 
-    /// Percent of a machine, default 12, positive: what a session costs until the machine has taught better.
-    /// A reported capacity is a ceiling, often generous, and says nothing about it. A guess chooses between
-    /// machines but sends nobody away: `Refusal::committed` begins when sessions have been seen to come or
-    /// go.
+    /// Percent of a machine, default 12, positive: the assumed cost of a session until the machine's own has
+    /// been learned. It ranks machines, but never refuses one: `Refusal::committed` begins when sessions have
+    /// been seen to come or go. A reported capacity is a ceiling, often generous, and says nothing about it.
     double session_cost = 12;
     /// Percent of a machine's memory, default 2, not negative: likewise.
     double session_memory = 2;
@@ -206,9 +87,9 @@ struct PlacementRequest
     /// Machines, by their entries of "simulationServers", that do not come into question: some that have
     /// refused this session, for instance.
     std::vector<std::string> excluded;
-    /// For who can wait: fails where every machine that is offered has as many sessions as it can carry,
-    /// counting placements that no browser has claimed yet, instead of choosing the one that is the least
-    /// overcommitted.
+    /// For callers who can wait: fails, instead of choosing the least overcommitted machine, where each that
+    /// is offered would be `full`, `memory` or `committed` if all placements were sessions. An assumed
+    /// `session_cost` fills no machine.
     bool only_free = false;
     /// For callers who can wait a moment, with `only_free`: a machine that has sessions is not chosen if this
     /// one would make it over-full, by what its world is known to need; fails with `too_large` if that leaves
@@ -236,133 +117,17 @@ struct Placement
     TimePoint at{};
 };
 
-/// One call of place() with all that led to its answer: a value of its own, no view of the scheduler.
-///
-/// Why `chosen` was chosen: with `least_committed` it has the smallest `score` of the entries with a
-/// `position`, as far as `unseen_arrivals` lets the policy trust them. An entry without one has a `refusal`,
-/// or is `overcommitted`. A place() that found nothing is `decisions().back()`, unless its labels made no
-/// sense: that is no decision.
-struct Decision
-{
-    Decision() = default;
-
-    std::uint64_t id = 0;
-    TimePoint at{};
-    std::string policy;
-    /// The server chosen; empty: none could be.
-    std::string chosen;
-    /// The state of the RandomSource that the policy was given.
-    std::uint64_t random = 0;
-    double unseen_arrivals = 0;
-    /// How many machines were offered to the policy.
-    std::size_t offered = 0;
-    /// How many machines there were for each `Refusal`.
-    std::array<std::size_t, refusal_count> refused{};
-    /// What the session was believed to want, as a multiple of the average one, where its world was known.
-    std::optional<double> expected_cost;
-    /// Nobody was placed, although machines were offered: this many of `free_seats` were held for others.
-    std::size_t held = 0;
-    std::size_t free_seats = 0;
-
-    /// One machine and its position in the snapshot; those that were not offered have none.
-    struct Entry
-    {
-        Entry() = default;
-
-        Candidate machine;
-        std::string address;
-        std::optional<std::size_t> position;
-    };
-    /// Fleets of up to 64 machines whole, in the operator's order; of larger ones the first 64 that the
-    /// policy looked at. `machine.address` is empty here: `address` owns it.
-    std::vector<Entry> machines;
-    /// What the functions of the snapshot of these names last told the policy; empty where it did not ask.
-    std::vector<std::size_t> lowest;
-    std::optional<std::size_t> least_committed;
-    std::optional<std::size_t> least_reported;
-    /// Everything that the policy looked at is in `machines`, so replay() is possible.
-    bool complete = true;
-};
-
 /// Places sessions on simulation servers so that they do not herd.
 ///
-/// The problem
-///
-/// A machine's report is seconds old, and a session that starts shows in it half a minute later.
-/// Whoever places on what is *reported* sends everybody who comes in between to one machine, and the
-/// older the report, the worse.
-///
-/// The algorithm
-///
-/// Place on what is *committed*: what was reported, and what was placed since and can't be seen yet.
-/// For a machine of weight w, next goes where the score
-///
-///     score = (level + cost * (u + 1 + v * sqrt(u + 1)) / readiness) / w,     u = starting + expected
-///
-/// is smallest, among those that no hard rule refuses (see `Refusal`). Rules refuse by what machines
-/// report, never by what was placed: anybody can ask for a place and not come. A machine that our
-/// placements would fill is passed over while another has room, and where all are like that the
-/// smallest score decides as ever; a browser too many is told so by the machine itself. The parts:
-///
-/// - level, the load that is explained. It rises by `cost` for every session that becomes visible, and
-///   follows the report beyond that. While sessions become visible, a report (a mean of five samples)
-///   may lie anywhere between before and after and contradicts neither; what lies outside is followed
-///   by 0.3 a report, or at once when it is more than a session's worth. So noise does not decide who
-///   is next, and a heavy world is believed immediately.
-/// - starting, as the machine counts them, and expected, what our reservations will still become.
-///   Our own machines count everybody who ever came: their counters confirm a reservation without doubt,
-///   even for a browser that has left or whose start has failed; one that is not counted within three
-///   eighths of `placement_timeout` is not coming. Counters that fall are those of a machine that came
-///   up anew. Without them a reservation is confirmed when a report counts more sessions or more starts
-///   than the one before, and ends when it was not after `placement_timeout`; until then it counts with
-///   the probability that a browser comes at all that has not been seen until now: the actuary's estimate
-///   from those whose fate is known, 1 where everybody comes, and a half at least before a report can show
-///   it.
-/// - cost, how much a session moves this machine's load: the slope of load against sessions, both
-///   through one high-pass filter, by clipped least squares; towards the fleet's slope with a weight
-///   that falls as machines are found to disagree (empirical Bayes); and where there are many sessions,
-///   also the load divided by them. A fall that no departure explains teaches nothing, and neither does a
-///   capacity, which is a ceiling.
-/// - v, how different sessions are: the relative standard deviation of their costs, learned from how
-///   far load steps miss what was expected. A mean and one standard deviation of what the unseen will
-///   cost: caution that is nothing where sessions are alike and keeps the unknown off small machines
-///   where they are not.
-/// - readiness, 0.1 rising to 1 during `slow_start`: what is placed on a machine that just came up
-///   counts up to ten times. It takes its share when the others are fuller, not everybody at once.
-///
-/// Peers of the previous generation report a bare number. There `starting` is 0, a rise of the load by
-/// n costs confirms n reservations, oldest first, and the slope is taken over what we had placed some
-/// 20 to 40 s before, as far as the load shows that somebody came: placements of which it shows no
-/// trace are taken for browsers that did not, not for sessions that cost nothing.
-///
-/// Machines with equal scores take turns: first the one that was given a session longest ago, beginning with
-/// a random order.
-///
-/// Other session servers on the same machines are seen too: sessions that arrive and are not ours, per
-/// second, times the time that an arrival stays unseen, are poured over the lowest scores as water
-/// finds its level, and each placement goes to one of those machines with the probability of the water
-/// it holds (Dahlin's interpretation of old loads). Five session servers then need not talk to each
-/// other; with none besides us there is no water, and the rule is exactly the smallest score. So it is
-/// where the best machine has been asked a moment ago, as nothing is unseen there: see worth_asking().
-///
-/// Why it works
-///
-/// With fresh reports this is join-the-shortest-queue, which no rule beats for like machines and
-/// exponential times (Winston 1977). With old ones our own arrivals, the only thing that changes fast
-/// and the only thing that we know exactly, are added without delay, so that an old report costs
-/// balance only by what *left* since. docs/scheduling.md has the figures: how well it places, what was
-/// tried and rejected, and what it costs.
+/// Tell it the machines, with set_servers() or a Fleet to follow(), and what they report(), or that they are
+/// out of reach; place() each session, and release() a place that will not be used. Sessions go by what is
+/// *committed*: what a machine has reported, and what was placed there since and can't be seen yet. The
+/// algorithm, why it works and how well: docs/scheduling.md.
 ///
 /// Thread-safety: distinct objects: safe. One object: one thread at a time, const functions included.
 ///
 /// Example: examples/01_schedule.cpp; a policy in ten lines: examples/06_own_policy.cpp; behind a server of
 /// your own: examples/08_behind_your_server.cpp.
-///
-/// Sources: M. Mitzenmacher, "The Power of Two Choices in Randomized Load Balancing", PhD thesis 1996,
-/// and "How Useful Is Old Information?", IEEE TPDS 11 (2000); N. Vvedenskaya, R. Dobrushin, F.
-/// Karpelevich, "Queueing System with Selection of the Shortest of Two Queues", 1996; M. Dahlin,
-/// "Interpreting Stale Load Information", IEEE TPDS 11 (2000); W. Winston, "Optimality of the Shortest
-/// Line Discipline", J. Appl. Prob. 14 (1977).
 class Scheduler
 {
 public:
@@ -376,23 +141,25 @@ public:
     Scheduler(Scheduler&&) noexcept;
     Scheduler& operator=(Scheduler&&) noexcept;
 
-    /// What is known of the costs of worlds, as text: some 200 kB at most, of those seen last. For those
-    /// who want it back after a restart.
+    /// What is known of the costs of worlds, as text, to be loaded after a restart: some 200 kB at most, of
+    /// those seen last.
     std::string save_costs(TimePoint now) const;
     /// Replaces what is known of the costs of worlds by what was saved, as old as it was then.
     ///
-    /// Errors: `errc::invalid_argument` when the text is of no save_costs(); then nothing changes.
+    /// Errors: `errc::invalid_argument` when the text was not written by save_costs(); then nothing changes.
     result<> load_costs(std::string_view text, TimePoint now);
 
-    /// Its machines are those of the fleet, from now on, instead of those of `set_servers`. Those that the
-    /// fleet drains get no more sessions; those that they have stay. Each change is O(log n).
+    /// Its machines are those of the fleet, from now on. Those that the fleet drains get no more sessions;
+    /// those that they have stay. Each change is O(log n).
     ///
     /// Lifetime: either may end first.
     void follow(Fleet& fleet);
 
-    /// Replaces the list of machines: new ones are added, those missing are forgotten, and what is known
-    /// about the others stays. Of entries with one address the first counts; a weight that is not positive
-    /// counts as 1.
+    /// Replaces the list of machines: new ones are added, those missing are forgotten; known ones take the
+    /// new weight, drain and labels, and what was learned about them stays. Of entries with one address the
+    /// first counts; a weight that is not positive counts as 1.
+    ///
+    /// Precondition: it does not follow() a fleet; a list comes from one of the two.
     void set_servers(std::vector<ServerSpec> const& servers);
 
     /// Takes other parameters, a policy of your own included, but for `placement_timeout` and `seed`, which
@@ -402,13 +169,14 @@ public:
     /// Errors: as validate(), and the old ones stay.
     result<> apply(SchedulerParams params);
 
-    /// A machine answered a poll. Reports of servers that are not in the list are ignored. One with a number
-    /// that is negative or not finite counts as a failed poll: see `mark_unreachable`.
-    void report(std::string_view server, LoadReport const& report, TimePoint now);
+    /// A machine answered a poll. One with a number that is negative or not finite counts as a failed poll:
+    /// see `mark_unreachable`. False: it is not in the list.
+    bool report(std::string_view server, LoadReport const& report, TimePoint now);
 
     /// A poll of a machine failed: it is not offered until its next report. Your own poller says so here, or
-    /// the machine is offered until its last report is older than `report_lifetime`.
-    void mark_unreachable(std::string_view server, TimePoint now);
+    /// the machine is offered until its last report is older than `report_lifetime`. False: it is not in the
+    /// list.
+    bool mark_unreachable(std::string_view server, TimePoint now);
 
     /// What a LoadMonitor found, with LoadMonitor::next_events: report(), or mark_unreachable() where the
     /// poll failed.
@@ -418,8 +186,8 @@ public:
     ///
     /// Precondition: `now` never goes back, here and in all other functions.
     /// Errors: `errc::unavailable`, "no simulation server available at the moment.", when no machine is
-    /// offered, or all free seats are held; `errc::invalid_argument` when a policy of your own returned a
-    /// position that does not exist.
+    /// offered (see `Refusal`), or all free seats are held; placements alone never cause it;
+    /// `errc::invalid_argument` when a policy of your own returned a position that does not exist.
     result<Placement> place(TimePoint now);
 
     /// The same for a session of which more is known. O(n) where its world is known or machines report
@@ -427,7 +195,7 @@ public:
     ///
     /// Errors: as place(now), but for held seats where they are for it; `errc::too_large`, see
     /// `PlacementRequest::must_fit`; `errc::refused`, with a sentence for people, when no machine of the list
-    /// has the labels, so that waiting would not help; `errc::invalid_argument` for labels that are none.
+    /// has the labels, so that waiting would not help; `errc::invalid_argument` for malformed labels.
     result<Placement> place(PlacementRequest const& request, TimePoint now);
 
     /// Whom to ask for a report before this session is placed, the best machine first: of the three best
@@ -453,7 +221,7 @@ public:
 
     /// How many machines there are for each `Refusal`, `none` included. Unlike place(now), this counts
     /// placements that no browser has claimed yet: machines that they fill are `full`, `memory` or
-    /// `committed`, as for those who can wait (`PlacementRequest::only_free`). O(1).
+    /// `committed`, as for callers who can wait (`PlacementRequest::only_free`). O(1).
     std::array<std::size_t, refusal_count> refusals(TimePoint now) const;
     /// The same of one machine, for a session that needs these labels; `unknown` where it is not in the list.
     /// O(1).
@@ -470,11 +238,13 @@ public:
     ///
     /// Errors: as place(), but for held seats.
     result<Placement> place_held(TimePoint now);
-    /// How many more sessions the machines have room for, held seats included: an estimate.
+    /// How many more sessions the machines have room for, held seats included: an estimate, but 0 exactly
+    /// where `PlacementRequest::only_free` finds no machine.
     ///
-    /// Of machines that are offered, `capacity` less sessions and placements that no report shows yet; no
-    /// more than their load leaves room for, once the fleet has taught what a session costs. Of machines that
-    /// report no capacity, what their load leaves room for. O(1).
+    /// Of each machine that is offered and that placements do not fill, `capacity` less sessions and
+    /// placements that no report shows yet; no more than its load leaves room for, once the fleet has taught
+    /// what a session costs; of one that reports no capacity, what its load leaves room for; and 1 at least.
+    /// O(1).
     std::size_t free_seats(TimePoint now) const;
 
     /// What is known about every machine, in the operator's order. For monitor pages.
@@ -493,7 +263,7 @@ public:
     /// Lets the decision's policy decide again from what the decision recorded: the address it chooses,
     /// `decision.chosen` as long as the policy is a pure function.
     /// Errors: `errc::unavailable` when no machine was offered; `errc::not_found` when the record is not
-    /// complete, or when the policy was replaced and none of the last 100 decisions is its.
+    /// complete, or when the policy was replaced and none of the last 100 decisions used it.
     result<std::string> replay(Decision const& decision) const;
 
 private:

@@ -17,8 +17,8 @@ struct LoadMonitorParams
 {
     LoadMonitorParams() = default;
 
-    /// `loadRefresh`: from one poll of a server to its next. Default 5 s: browsers have been used to that for
-    /// years.
+    /// `loadRefresh`: from one poll of a server to its next. Default 5 s. Shorter: fresher loads, and more
+    /// requests to the machines. `SchedulerParams::report_lifetime` has to follow it.
     Duration interval = std::chrono::seconds(5);
     /// `loadTimeout`: for one whole poll. Default 5 s. May exceed the interval: a server's next poll waits
     /// for its last.

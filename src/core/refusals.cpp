@@ -218,6 +218,8 @@ constexpr std::array<RefusalRow, static_cast<std::size_t>(R::count)> table{{
 
     {R::not_started, "not-started", errc::start_failed, here,
      "Unable to start Webots: {why}", pythons},
+    {R::ended_early, "ended-early", errc::start_failed, here,
+     "Unable to start Webots: {how} before the world was loaded{words}"},
     {R::not_loaded, "too-slow", errc::start_failed, here,
      "Webots did not load the world within {seconds} s."},
     {R::no_port, "too-slow", errc::start_failed, here,

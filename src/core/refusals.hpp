@@ -120,6 +120,7 @@ enum class Refused : std::uint8_t
 
     // The simulator.
     not_started,
+    ended_early,
     not_loaded,
     no_port,
     quit,
@@ -183,8 +184,10 @@ enum class Refused : std::uint8_t
 enum class StartRefusal
 {
     everywhere, ///< The project or the request is at fault.
-    here,       ///< Another machine may take it.
-    full        ///< So may this one, later.
+    here,       ///< Another machine may take it: right for a limit on one client, too.
+    /// Nobody gets a place here now. A browser that a session server relays waits in its line, if there is
+    /// one, and never reads the sentence.
+    full
 };
 
 struct RefusalRow

@@ -16,14 +16,10 @@ web::Asset find(std::string_view path)
 
 std::string texts_of_all_languages()
 {
-    std::vector<core::LanguageTexts> languages;
-    for (std::string_view const language : {"en", "de", "es", "fr", "it", "ja", "zh"}) {
-        auto const file = [&](std::string_view folder) {
-            return find(core::concat(folder, "/texts/", language, ".json")).content;
-        };
-        languages.push_back({language, file("monitor"), file("view")});
-    }
-    return core::monitor_texts(languages);
+    std::vector<core::LanguageTexts> others;
+    for (std::string_view const language : {"en", "de", "es", "fr", "it", "ja", "zh"})
+        others.push_back({language, find(core::concat("view/texts/", language, ".json")).content});
+    return core::monitor_texts(find("monitor/texts.json").content, others);
 }
 
 } // namespace

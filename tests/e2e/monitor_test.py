@@ -304,7 +304,7 @@ def token_file(folder):
 
 
 class Operator(unittest.TestCase):
-    """What the operator does from the pages: issue 21, item 7. One browser, and one set of servers."""
+    """What the operator does from the pages. One browser, and one set of servers."""
 
     @classmethod
     def setUpClass(cls):

@@ -56,8 +56,8 @@ def headers_of(cmake):
 
 
 def metrics_said(text):
-    sentence = re.search(r'`/metrics` is written by five files: (.*?)\. ', text, re.S).group(1)
-    return {Path(name).stem for name in QUOTED.findall(sentence)}
+    table = re.search(r'^\| file \| writes \|\n(.*?)\n\n', text, re.M | re.S).group(1)
+    return {Path(name).stem for name in re.findall(r'^\| `([^`]+)`', table, re.M)}
 
 
 def labels(text):

@@ -40,15 +40,14 @@ def unique(pairs):
 
 
 def texts():
-    """By language: those of the pages, and of the monitors, which have their own."""
-    languages = {}
-    for folder in ("view", "monitor"):
-        for file in sorted(glob.glob(os.path.join(WEB, folder, "texts/*.json"))):
-            said = languages.setdefault(os.path.basename(file)[:-5], {})
-            more = json.loads(read(file), object_pairs_hook=unique)
-            if twice := set(said) & set(more):
-                raise ValueError(f"in both folders of texts: {', '.join(sorted(twice))}")
-            said.update(more)
+    """By language: those of the pages, a file for each, and of the monitors, all in one table."""
+    languages = {os.path.basename(file)[:-5]: json.loads(read(file), object_pairs_hook=unique)
+                 for file in sorted(glob.glob(os.path.join(WEB, "view/texts/*.json")))}
+    for key, translations in json.loads(read(os.path.join(WEB, "monitor/texts.json")), object_pairs_hook=unique).items():
+        for language, text in translations.items():
+            if key in languages.setdefault(language, {}):
+                raise ValueError(f"of the pages and of the monitors: {key}")
+            languages[language][key] = text
     return languages
 
 

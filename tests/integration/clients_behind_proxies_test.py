@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The server finds the real client behind nginx, Apache or HAProxy, whatever headers it forges. Issue 16, item 3.
+"""The server finds the real client behind nginx, Apache or HAProxy, whatever headers it forges.
 
 The clients are 127.0.0.2 and others of the loopback; the proxies reach the servers from 127.0.0.1, which alone is trusted here."""
 

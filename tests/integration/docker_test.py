@@ -23,7 +23,7 @@ from support.git_server import GitServer  # noqa: E402
 from support.lessons import solved  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.projects import demo_project, files_of  # noqa: E402
-from support.refusals import error_line  # noqa: E402
+from support.refusals import beginning, error_line  # noqa: E402
 from support.servers import SimulationServer, descendants, main, port_is_free, program, wait_until  # noqa: E402
 
 EDITOR = "benjamindeleze/theia-test:test3"
@@ -419,10 +419,10 @@ class Docker(unittest.IsolatedAsyncioTestCase):
 
     async def test_what_cannot_be_started_is_said_in_one_sentence(self):
         cases = [("fields", {}, "loading: Error: Wrong line in webots.yml: \"dockerCompose:theia\"."),
-                 ("make", {}, "loading: Error: Unable to start Webots: it exited with status "),
+                 ("make", {}, beginning("ended_early")),
                  ("own", {"projectDockerfiles": True}, "loading: Error: Line 1 of Dockerfile can't be used on this server: "),
-                 ("hidden", {}, "loading: Error: Unable to start Webots: it exited with status "),
-                 ("broken", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status ")]
+                 ("hidden", {}, beginning("ended_early")),
+                 ("broken", {"projectDockerfiles": True}, beginning("ended_early"))]
         for repository, settings, sentence in cases:
             with self.subTest(repository=repository, **settings), server(**settings) as simulation:
                 async with self.visit(simulation) as browser:
@@ -565,8 +565,8 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 async with self.visit(simulation) as browser:
                     await browser.start(world("robots"))
                     await browser.hear_all()
-                    self.assertTrue(browser.told[-1].startswith("loading: Error: Unable to start Webots: "), browser.told)
-                    self.assertIn("before the world was loaded: The image can't be fetched: ", browser.told[-1])
+                    self.assertTrue(browser.told[-1].startswith(beginning("ended_early")), browser.told)
+                    self.assertIn(": The image can't be fetched: ", browser.told[-1])
                     self.assertTrue(browser.told[-1].endswith(reason), browser.told)
 
     async def test_the_browser_hears_when_the_container_ends(self):
@@ -648,7 +648,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                     async with Browser(simulation) as next_one:
                         await next_one.start(world("robots"))
                         await next_one.hear_all()
-                        self.assertTrue(next_one.told[-1].startswith("loading: Error: Unable to start Webots: "), next_one.told)
+                        self.assertTrue(next_one.told[-1].startswith(beginning("ended_early")), next_one.told)
                         self.assertIn("Docker", next_one.told[-1])
                 finally:
                     docker.start()  # in this thread, since it ends with the one that has started it

@@ -134,6 +134,13 @@ class Examples(unittest.TestCase):
             self.assertEqual(ask(port, "GET", "/session"), (200, "ws://sim2:2000"))
             self.assertEqual(ask(port, "PUT", "/load/sim2:2000", "idle")[0], 400)
             self.assertEqual(ask(port, "PUT", "/load/sim3:2000", "0")[0], 404)
+            self.assertEqual(ask(port, "PUT", "/drain/sim2:2000"), (200, ""))
+            self.assertEqual(ask(port, "GET", "/session"), (200, "ws://sim1:2000"))
+            self.assertEqual(ask(port, "PUT", "/drain/sim1:2000"), (200, ""))
+            self.assertEqual(ask(port, "GET", "/session"), (200, "Error: no simulation server available at the moment."))
+            self.assertEqual(ask(port, "DELETE", "/drain/sim1:2000"), (200, ""))
+            self.assertEqual(ask(port, "GET", "/session"), (200, "ws://sim1:2000"))
+            self.assertEqual(ask(port, "PUT", "/drain/sim3:2000")[0], 404)
             self.assertEqual(ask(port, "GET", "/elsewhere")[0], 404)
 
     def test_07_and_08_say_how_they_are_used(self):

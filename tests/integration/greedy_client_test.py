@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""One address takes as much of a server as it can get, and others are still served. Issue 16, item 3.
+"""One address takes as much of a server as it can get, and others are still served.
 
 No proxy is trusted here, so that 127.0.0.2 and other addresses of the loopback interface are ordinary clients."""
 

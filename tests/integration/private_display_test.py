@@ -459,8 +459,8 @@ class Choice(Simulations):
             pass
         async with Browser(server) as browser:
             await browser.start(LOOKER)
-            self.assertEqual(await browser.hear("loading: Error:"), "loading: Error: Unable to start Webots: it exited with status 1 before "
-                             "the world was loaded: can't start a display for the simulation: (EE) no memory left")
+            self.assertEqual(await browser.hear("loading: Error:"), 
+                             error_line("ended_early", how="it exited with status 1", words=": can't start a display for the simulation: (EE) no memory left"))
         server.wait_until_clean()
 
     async def test_without_a_display_there_is_none(self):

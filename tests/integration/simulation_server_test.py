@@ -18,7 +18,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser, server  # noqa: E402
 from support.raw_websocket import answer_to, close_code, frame  # noqa: E402
-from support.refusals import sentence  # noqa: E402
+from support.refusals import error_line, sentence  # noqa: E402
 from support.registry import Registry  # noqa: E402
 from support.servers import is_alive, main, port_is_free, program, wait_until  # noqa: E402
 
@@ -185,10 +185,10 @@ class Faults(unittest.IsolatedAsyncioTestCase):
             self.assertFalse([pid for pid in processes if is_alive(pid)])
 
     async def test_exit_before_ready(self):
-        await self.ends_with("exit-before-ready=3", "Unable to start Webots: it exited with status 3 before the world was loaded")
+        await self.ends_with("exit-before-ready=3", sentence("ended_early", how="it exited with status 3", words=""))
 
     async def test_crash_before_ready(self):
-        await self.ends_with("crash-before-ready", "Unable to start Webots: it was ended by signal 11")
+        await self.ends_with("crash-before-ready", sentence("ended_early", how="it was ended by signal 11", words=""))
 
     async def test_exit_after_ready(self):
         await self.ends_with("exit-after-ready=200", sentence("quit"))
@@ -290,26 +290,25 @@ class Programs(unittest.IsolatedAsyncioTestCase):
                     path = simulation.configure()
                     status, said = simulation.command("--check-config")
                     self.assertEqual(status, 2, said)
-                    self.assertIn(f"{path}: {what}: there is no program {home}/webots. ", said)
+                    self.assertIn(f"{path}: {what}: {home}/webots is missing or not executable. ", said)
                     self.assertEqual(simulation.command(), (status, said))  # a start
         with contextlib.closing(server(webotsHome=self.home, environment={"WEBOTS_HOME": nowhere})) as simulation:
             simulation.configure()
             self.assertEqual(simulation.command("--check-config")[0], 0)
 
     async def test_a_webots_that_has_gone_or_is_no_program_is_told_and_the_next_start_tries_again(self):
-        sentence = "loading: Error: Unable to start Webots: "
         with server(webotsHome=self.home) as simulation:
             os.rename(self.webots, self.webots + ".old")
             async with Browser(simulation) as browser:
                 await browser.start()
                 self.assertEqual(await browser.hear_all(), 1005)
-                self.assertEqual(browser.told, [f"{sentence}{self.webots} can't be run: No such file or directory"])
+                self.assertEqual(browser.told, [error_line("not_started", why=f"{self.webots} can't be run: No such file or directory")])
             self.install("#!/nowhere/interpreter\n")
             async with Browser(simulation) as browser:
                 await browser.start()
                 self.assertEqual(await browser.hear_all(), 1005)
-                self.assertEqual(browser.told[1:], [f"{sentence}it exited with status 127 before the world was loaded: "
-                                                    f"can't run {self.webots}: No such file or directory"])
+                self.assertEqual(browser.told[1:], [error_line("ended_early", how="it exited with status 127",
+                                                               words=f": can't run {self.webots}: No such file or directory")])
             simulation.wait_until_clean()
             os.rename(self.webots + ".old", self.webots)
             async with Browser(simulation) as browser:

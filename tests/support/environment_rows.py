@@ -247,7 +247,7 @@ LIMITS = [
     Row("no slirp4netns", before="without slirp4netns"),
     Row("no /sys", before="umount -l /sys"),
     Row("control groups are not mounted", before="mount -t tmpfs none /sys/fs/cgroup"),
-    refused("WEBOTS_HOME leads nowhere", "WEBOTS_HOME of the environment: there is no program /nowhere/webots.* or unset it", typed="WEBOTS_HOME=/nowhere {}"),
+    refused("WEBOTS_HOME leads nowhere", "WEBOTS_HOME of the environment: /nowhere/webots is missing or not executable.* or unset it", typed="WEBOTS_HOME=/nowhere {}"),
     Row("DISPLAY of nobody", typed="DISPLAY=:77 XAUTHORITY=/nowhere WAYLAND_DISPLAY=x {}"),
     refused("a program of ours is not there", "simulation server ended at once: There is no program .*/webots-process-guard", "umount build/release/bin; cp -a $BIN/. build/release/bin; rm build/release/bin/webots-process-guard"),
     refused("a program of ours can't be run", "webots-simulation-server.*(Permission|run|exec|start)|Permission denied",

@@ -18,6 +18,11 @@ def sentence(row, **values):
     return text
 
 
+def beginning(row):
+    """What a browser on /client gets whatever varies."""
+    return f'loading: Error: {SENTENCES[row].split("{")[0]}'
+
+
 def error_line(row, **values):
     """As a browser on /client gets it."""
     return f'loading: Error: {sentence(row, **values)}'

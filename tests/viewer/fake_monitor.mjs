@@ -15,9 +15,10 @@ const LANGUAGES = ['en', 'de', 'es', 'fr', 'it', 'ja', 'zh'];
 const STYLES = ['view/tokens.css', 'viewer/base.css', 'viewer/page.css', 'monitor/monitor.css'];
 
 function texts() {
+  const own = Object.entries(JSON.parse(read('monitor/texts.json')));
   return Object.fromEntries(LANGUAGES.map((language) => [language, {
     ...Object.fromEntries(Object.entries(JSON.parse(read(`view/texts/${language}.json`))).filter(([key]) => /^(site\.|waiting\.(room|suitable)$)/.test(key))),
-    ...JSON.parse(read(`monitor/texts/${language}.json`))
+    ...Object.fromEntries(own.map(([key, said]) => [key, said[language]]))
   }]));
 }
 

@@ -249,7 +249,8 @@ public:
     virtual ~ProcessHost() = default;
 
     /// Starts a program.
-    /// Errors: `start_failed`, its detail naming the program and the reason.
+    /// Errors: `start_failed`, its detail naming the program and the reason, which the SimulationLauncher
+    /// tells as `Unable to start Webots: <detail>`; a failure with an `info()` is told as it is.
     virtual boost::asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) = 0;
 
     /// Takes a free port.

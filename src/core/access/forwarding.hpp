@@ -2,7 +2,7 @@
 // port.
 #pragma once
 
-#include <webots_cloud/fleet.hpp>
+#include <webots_cloud/server_spec.hpp>
 #include <webots_cloud/transport/http.hpp>
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 #include "core/access/ip_address.hpp"
 
-#include <webots_cloud/fleet.hpp>
+#include <webots_cloud/server_spec.hpp>
 
 #include <cstdint>
 #include <optional>

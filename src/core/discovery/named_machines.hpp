@@ -4,7 +4,7 @@
 #include "machine_name.hpp"
 
 #include <webots_cloud/error.hpp>
-#include <webots_cloud/fleet.hpp>
+#include <webots_cloud/server_spec.hpp>
 #include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/name_answer.hpp>
 

@@ -54,7 +54,7 @@ inline constexpr auto all_metrics = [] {
         {"http_forwarding_failures_total", counter, both, "reason", "", "Requests that the other server did not answer, by reason."},
         {"http_upstream_handshakes_total", counter, both, "result", "", "TLS handshakes with other servers: full, resumed from an earlier connection, or failed."},
         {"http_certificate_expiry_timestamp_seconds", gauge, both, "", "sslCertificate", "When the server's certificate expires, in seconds since 1970."},
-        {"http_tunnel_bytes_total", counter, both, "direction", "", "Bytes that were relayed, from browsers (received) and to them (sent)."},
+        {"http_tunnel_bytes_total", counter, both, "direction", "", "Bytes that the HTTP port relayed, to other servers or simulations, from browsers (received) and to them (sent)."},
 
         {"servers", gauge, session, "state", "", "Simulation servers by what their last poll said."},
         {"servers_drained", gauge, session, "", "", "Simulation servers that the operator has drained here."},
@@ -106,7 +106,7 @@ inline constexpr auto all_metrics = [] {
         {"simulations_graphics_processors", gauge, simulation, "", "graphics processors whose driver tells who uses them", "Graphics processors that simulations keep busy."},
         {"simulations_over_limit_total", counter, simulation, "limit", "a limit on simulations", "Simulations that were ended at a limit."},
         {"gateway_connections", gauge, simulation, "", "gateway", "Connections to simulations for browsers."},
-        {"gateway_bytes_total", counter, simulation, "from", "gateway", "Bytes relayed, by who sent them."},
+        {"gateway_bytes_total", counter, simulation, "from", "gateway", "Bytes relayed between simulations and their browsers, controllers on other machines included, by who sent them."},
     });
     // clang-format on
 }();

@@ -76,17 +76,21 @@ std::string monitor_page(MonitorPage const& page)
                            data_block("texts", page.assets.texts) + data_block("snapshot", page.snapshot));
 }
 
-std::string monitor_texts(std::vector<LanguageTexts> const& languages)
+std::string monitor_texts(std::string_view own, std::vector<LanguageTexts> const& others)
 {
     auto const read = [](std::string_view text) {
         boost::system::error_code failed;
         auto value = json::parse(text, failed);
         return value.is_object() ? value.get_object() : json::object();
     };
+    auto const table = read(own);
     json::object all;
-    for (auto const& [language, own, others] : languages) {
-        auto said = read(own);
-        auto const shared = read(others);
+    for (auto const& [language, texts] : others) {
+        json::object said;
+        for (auto const& [key, languages] : table)
+            if (auto const* text = languages.get_object().if_contains(language))
+                said[key] = *text;
+        auto const shared = read(texts);
         for (auto const& [key, text] : shared)
             if (key.starts_with("site.") || key == "waiting.room" || key == "waiting.suitable")
                 said[key] = text;

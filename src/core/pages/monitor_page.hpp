@@ -28,17 +28,17 @@ struct MonitorPage
 
 std::string monitor_page(MonitorPage const& page);
 
-/// What pages say in one language: JSON objects.
+/// What the pages but the monitors say in one language: a JSON object.
 struct LanguageTexts
 {
     std::string_view language;
-    std::string_view own; ///< Of the monitors.
-    std::string_view
-        others; ///< Of all other pages, of which the monitors say what a site is, and why people wait.
+    std::string_view texts;
 };
 
-/// For scripts of the page: `{"en":{"monitor.live":"Live",...}...}`.
-std::string monitor_texts(std::vector<LanguageTexts> const& languages);
+/// For scripts of the page: `{"en":{"monitor.live":"Live",...}...}`. `own`: what the monitors alone say, each
+/// text with all languages, `{"monitor.live":{"en":"Live",...}...}`; of the others they say what a site is,
+/// and why people wait.
+std::string monitor_texts(std::string_view own, std::vector<LanguageTexts> const& others);
 
 /// `Started on ...`, `Managing 3 simulation servers:` and `average: 12.5%`, the words of old pages.
 std::string session_words(WallTime started, std::size_t machines, LoadTotals const& totals);

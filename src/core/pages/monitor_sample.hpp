@@ -15,8 +15,8 @@ namespace webots_cloud::core {
 
 /// The columns of monitor.csv that follow the timestamp, in their order: that of the Python servers, whose
 /// readers know it. So nothing is added here for the page alone: that is a member of `SimulationRow`, or of
-/// `SimulationBoard` (the JSON) and `SimulationMonitorView` (the HTML). Who knows columns by their places:
-/// `SimulationBoard::snapshot` and web/monitor/simulation.js.
+/// `SimulationBoard`. Who knows columns by their places: `SimulationBoard::snapshot` and
+/// web/monitor/simulation.js.
 struct MonitorSample
 {
     MonitorSample() = default;

@@ -101,8 +101,8 @@ void SimulationBoard::take(MonitorSample const& sample, double load, TimePoint n
     has_new_minute_ = day_.advance(now);
 }
 
-std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::size_t capacity,
-                                   bool is_draining) const
+std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows,
+                                   std::vector<MachineFigure> const& machine, bool is_draining) const
 {
     std::string text = "{";
     append_key(text, "now");
@@ -111,8 +111,10 @@ std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::
     append_number(text, load_, 2);
     append_key(text, "count");
     append_number(text, static_cast<double>(rows.size()), 0);
-    append_key(text, "capacity");
-    append_number(text, static_cast<double>(capacity), 0);
+    for (auto const& [name, value, decimals] : machine) {
+        append_key(text, name);
+        append_number(text, value, decimals);
+    }
     if (auto const count = staged(rows); count > 0) {
         append_key(text, "staged");
         append_number(text, static_cast<double>(count), 0);
@@ -128,10 +130,10 @@ std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::
     return text + ']';
 }
 
-std::string SimulationBoard::update(std::vector<SimulationRow> const& rows, std::size_t capacity,
-                                    bool is_draining) const
+std::string SimulationBoard::update(std::vector<SimulationRow> const& rows,
+                                    std::vector<MachineFigure> const& machine, bool is_draining) const
 {
-    auto text = begin(rows, capacity, is_draining);
+    auto text = begin(rows, machine, is_draining);
     append_key(text, "point");
     append_numbers(text, sample_.values(), 3);
     if (has_new_minute_)
@@ -139,10 +141,10 @@ std::string SimulationBoard::update(std::vector<SimulationRow> const& rows, std:
     return text + '}';
 }
 
-std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity,
-                                      bool is_draining) const
+std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows,
+                                      std::vector<MachineFigure> const& machine, bool is_draining) const
 {
-    auto text = begin(rows, capacity, is_draining);
+    auto text = begin(rows, machine, is_draining);
     if (!about_.empty()) {
         append_key(text, "about");
         text += about_;

@@ -37,6 +37,14 @@ struct SimulationRow
     double graphics = 0;                    ///< Percent of one graphics processor, with `cpu`.
 };
 
+/// What the page shows of the machine beside the columns of monitor.csv: a member of the JSON.
+struct MachineFigure
+{
+    std::string_view name;
+    double value = 0;
+    int decimals = 0;
+};
+
 /// Percent of one processor that was used between two looks at the time that a process tree has consumed.
 double process_cpu_percent(Duration used_before, Duration used_after, Duration between) noexcept;
 
@@ -64,15 +72,16 @@ public:
     MonitorSample const& sample() const noexcept { return sample_; }
 
     /// The complete state as of the last `take`, for a new browser.
-    std::string snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity,
+    std::string snapshot(std::vector<SimulationRow> const& rows, std::vector<MachineFigure> const& machine,
                          bool is_draining = false) const;
 
     /// The last point, and the simulations.
-    std::string update(std::vector<SimulationRow> const& rows, std::size_t capacity,
+    std::string update(std::vector<SimulationRow> const& rows, std::vector<MachineFigure> const& machine,
                        bool is_draining = false) const;
 
 private:
-    std::string begin(std::vector<SimulationRow> const& rows, std::size_t capacity, bool is_draining) const;
+    std::string begin(std::vector<SimulationRow> const& rows, std::vector<MachineFigure> const& machine,
+                      bool is_draining) const;
 
     LoadHistory history_;
     DayHistory day_{MonitorSample::names()};

@@ -445,6 +445,7 @@ Refusal Machine::filled_by_placements(bool is_taught, SchedulerParams const& par
 }
 
 /// A capacity is often generous, so what sessions are known to cost limits it; an assumed cost does not.
+/// Where the machine takes one who can wait (`only_free`), at least this seat is free.
 std::uint32_t Machine::seats_left(bool is_taught, SchedulerParams const& params) const noexcept
 {
     if (view_.refusal != Refusal::none || view_.overcommitted)
@@ -454,7 +455,7 @@ std::uint32_t Machine::seats_left(bool is_taught, SchedulerParams const& params)
         seats = std::min(seats, static_cast<double>(*last_.capacity) - view_.sessions - view_.pending);
     if (!last_.capacity || is_taught)
         seats = std::min(seats, (params.threshold - view_.committed) / view_.cost);
-    return static_cast<std::uint32_t>(std::max(seats, 0.0));
+    return static_cast<std::uint32_t>(std::max(seats, 1.0));
 }
 
 double Machine::score(ExpectedCost const& expected) const noexcept

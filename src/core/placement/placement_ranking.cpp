@@ -160,11 +160,11 @@ void Ranking::rebuild()
         assess(slot, by_slot_[slot]->last_report());
 }
 
-void Ranking::report(std::string_view server, LoadReport const& report, TimePoint now)
+bool Ranking::report(std::string_view server, LoadReport const& report, TimePoint now)
 {
     auto const found = slots_.find(server);
     if (found == slots_.end())
-        return;
+        return false;
     std::uint32_t const slot = found->second;
     if (!first_report_)
         first_report_ = now;
@@ -189,15 +189,17 @@ void Ranking::report(std::string_view server, LoadReport const& report, TimePoin
     unlink(slot);
     link_newest(slot);
     assess(slot, now);
+    return true;
 }
 
-void Ranking::mark_unreachable(std::string_view server, TimePoint now)
+bool Ranking::mark_unreachable(std::string_view server, TimePoint now)
 {
     auto const found = slots_.find(server);
     if (found == slots_.end())
-        return;
+        return false;
     by_slot_[found->second]->mark_unreachable();
     assess(found->second, now);
+    return true;
 }
 
 void Ranking::place(std::size_t slot, ExpectedCost const& cost, TimePoint now) noexcept

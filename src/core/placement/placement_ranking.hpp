@@ -31,8 +31,9 @@ public:
     /// To be called when parameters have changed.
     void reassess() { rebuild(); }
 
-    void report(std::string_view server, LoadReport const& report, TimePoint now);
-    void mark_unreachable(std::string_view server, TimePoint now);
+    /// False, as of the next one: it is not in the list.
+    bool report(std::string_view server, LoadReport const& report, TimePoint now);
+    bool mark_unreachable(std::string_view server, TimePoint now);
     void place(std::size_t slot, ExpectedCost const& cost, TimePoint now) noexcept;
     /// Takes back what was placed at `placed_at`.
     void release(std::string_view server, TimePoint placed_at, TimePoint now) noexcept;

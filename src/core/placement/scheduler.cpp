@@ -369,17 +369,15 @@ void Scheduler::set_servers(std::vector<ServerSpec> const& servers)
     impl_->set_servers(servers);
 }
 
-void Scheduler::report(std::string_view server, LoadReport const& report, TimePoint now)
+bool Scheduler::report(std::string_view server, LoadReport const& report, TimePoint now)
 {
-    if (is_usable(report))
-        impl_->ranking.report(server, report, now);
-    else
-        impl_->ranking.mark_unreachable(server, now);
+    return is_usable(report) ? impl_->ranking.report(server, report, now)
+                             : impl_->ranking.mark_unreachable(server, now);
 }
 
-void Scheduler::mark_unreachable(std::string_view server, TimePoint now)
+bool Scheduler::mark_unreachable(std::string_view server, TimePoint now)
 {
-    impl_->ranking.mark_unreachable(server, now);
+    return impl_->ranking.mark_unreachable(server, now);
 }
 
 void Scheduler::take(LoadEvent const& event, TimePoint now)

@@ -22,9 +22,9 @@ result<> check_webots_home(fs::path const& configured_home, fs::path const& envi
     if (home.empty() || is_program(home / "webots"))
         return {};
     return Failure(errc::invalid_config,
-                   concat(is_configured ? "key \"webotsHome\"" : "WEBOTS_HOME of the environment",
-                          ": there is no program ", (home / "webots").string(),
-                          ". Name the folder of Webots that has it, or ",
+                   concat(is_configured ? "key \"webotsHome\"" : "WEBOTS_HOME of the environment", ": ",
+                          (home / "webots").string(),
+                          " is missing or not executable. Name the folder of Webots that has it, or ",
                           is_configured ? "remove the key" : "unset it",
                           ": then Webots is looked for in its usual places"));
 }

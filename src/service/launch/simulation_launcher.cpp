@@ -625,6 +625,8 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     auto started = co_await impl_->processes.start(std::move(process));
     if (!started) {
         impl_->runtime->forget(*plan);
+        if (started.error().info()) // a sentence of its own
+            co_return started.error();
         co_return core::refused(started.error().code(), core::Refused::not_started,
                                 {{"why", started.error().message()}});
     }

@@ -5,8 +5,6 @@
 #include "core/simulation/private_display.hpp"
 #include "service/run_program.hpp"
 
-#include <cassert>
-
 namespace webots_cloud {
 namespace asio = boost::asio;
 
@@ -15,13 +13,6 @@ namespace {
 constexpr auto check_limit = core::display_limit + std::chrono::seconds(10);
 
 } // namespace
-
-void give_display(ProcessSpec& process, PrivateDisplay const& display)
-{
-    assert(!display.server.empty());
-    process.argv = core::on_private_display(display.guard, display.server, process.argv);
-    process.own_displays = true;
-}
 
 asio::awaitable<result<>> check_private_display(ProcessHost& processes, Clock& clock, PrivateDisplay display,
                                                 SandboxParams sandbox, std::filesystem::path instance)

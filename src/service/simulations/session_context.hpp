@@ -46,16 +46,16 @@ struct SessionContext
     double memory = 0;        ///< In use then, in percent, by staged simulations too.
     double cores = 0;         ///< Of this machine; 0: nobody knows.
     core::Admission admission;
-    core::StartFigures starts;
-    core::FetchFigures fetches; ///< For later starts.
+    core::StartFigures start_figures;
+    core::FetchFigures fetch_figures; ///< For later starts.
     /// How often a simulation got ready, began to wait for its browser, or ended: pages that were made before
     /// that are old.
     std::uint64_t changes = 0;
     std::uint64_t staged_taken = 0;          ///< Staged simulations that browsers got.
     std::map<Limit, std::uint64_t> overruns; ///< Simulations that were ended at a limit.
     /// Bytes of simulations that have ended, from and to browsers.
-    std::uint64_t received = 0;
-    std::uint64_t sent = 0;
+    std::uint64_t ended_received = 0;
+    std::uint64_t ended_sent = 0;
 };
 
 } // namespace webots_cloud

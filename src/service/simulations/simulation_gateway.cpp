@@ -155,8 +155,8 @@ void SimulationGateway::close()
     if (!tunnels_)
         return;
     tunnels_->close();
-    context_.received += tunnels_->received();
-    context_.sent += tunnels_->sent();
+    context_.ended_received += tunnels_->received();
+    context_.ended_sent += tunnels_->sent();
     tunnels_.reset();
 }
 

@@ -64,13 +64,13 @@ SimulationSession::SimulationSession(SessionContext& context, asio::any_io_execu
                                      Browser browser)
     : context_(context), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
       life_(grace_for(context, request_), context.clock.now(), context.state.is_stopping()),
-      started_(context.clock.now()), programs_(context_, executor, project_, simulation_),
+      arrived_(context.clock.now()), programs_(context_, executor, project_, simulation_),
       life_changed_(executor), released_(executor)
 {
     if (browser == Browser::awaited)
         life_.begin_staged();
     else if (!is_fetch_only())
-        context.starts.arrived();
+        context.start_figures.arrived();
 }
 
 std::string SimulationSession::log_prefix() const
@@ -105,7 +105,7 @@ core::SimulationRow SimulationSession::row() const
     row.world = core::short_world(core::world_of(request_));
     row.state = state_name();
     row.staged = is_staged_and_ready();
-    row.age = context_.clock.now() - started_;
+    row.age = context_.clock.now() - arrived_;
     if (output_)
         row.log = output_->name();
     if (simulation_) {
@@ -145,7 +145,7 @@ bool SimulationSession::claim(std::string const& quota_key, core::SimulationRequ
     quota_key_ = quota_key;
     if (may_start(context_, request_) && take_place(context_, quota_key_, request_, place_) &&
         life_.take_staged(grace_for(context_, request_))) {
-        started_ = context_.clock.now();
+        arrived_ = context_.clock.now();
         introduced_ = false;
         life_changed_.notify();
         return true;
@@ -160,7 +160,7 @@ asio::awaitable<bool> SimulationSession::claimed()
     (void)co_await released_.wait();
     if (life_.is_over())
         co_return false;
-    context_.starts.arrived();
+    context_.start_figures.arrived();
     for (auto const stage : {core::StartStage::fetch, core::StartStage::launch, core::StartStage::ready})
         passed(stage, Duration::zero());
     simulation_->restart_time();
@@ -272,9 +272,9 @@ asio::awaitable<void> SimulationSession::finish(Channel& channel)
     if (next.action == Life::Action::hand_over)
         co_return;
     if (next.abandoned && is_fetch_only())
-        context_.fetches.abandoned();
+        context_.fetch_figures.abandoned();
     else if (next.abandoned)
-        context_.starts.abandoned();
+        context_.start_figures.abandoned();
     if (next.quit)
         co_await gateway_.close_after_goodbyes();
     co_await clean_up(next.exited);
@@ -402,9 +402,9 @@ void SimulationSession::refuse(Channel& channel, Failure const& failure, std::st
 {
     bool const is_first = life_.failed() && !is_staged();
     if (is_first && is_fetch_only())
-        context_.fetches.failed(failure);
+        context_.fetch_figures.failed(failure);
     else if (is_first)
-        context_.starts.failed(failure);
+        context_.start_figures.failed(failure);
     if (core::is_relayed(request_) && !announcement.empty())
         (void)channel.send(std::string(announcement));
     send_error(channel, failure);

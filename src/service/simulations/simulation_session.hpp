@@ -181,7 +181,7 @@ private:
     core::StartStep step_ = core::StartStep::admission; ///< Until the simulation is ready.
     bool introduced_ = true;     ///< The browser knows what those are told who have waited for the start.
     Channel* channel_ = nullptr; ///< To the browser, while `run` or `resume` uses it.
-    TimePoint started_;
+    TimePoint arrived_; ///< When its browser came; of a staged one without a browser, when it was made.
     core::Admission::Place place_;
     std::optional<Project> project_;
     std::vector<std::string> needed_labels_; ///< By the project.

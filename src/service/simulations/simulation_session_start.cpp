@@ -147,14 +147,14 @@ void SimulationSession::introduce(Channel& channel)
 void SimulationSession::passed(core::StartStage stage, Duration took)
 {
     if (!is_staged())
-        context_.starts.passed(stage, took);
+        context_.start_figures.passed(stage, took);
 }
 
 /// What was fetched stays in the cache; the caller removes the copy that was made of it.
 void SimulationSession::fetched_for_later(Channel& channel)
 {
     life_.fetched_for_later();
-    context_.fetches.fetched();
+    context_.fetch_figures.fetched();
     context_.log.info(LogCause("fetched"), concat(log_prefix(), "The project is here for later starts"));
     (void)channel.send(std::string(core::fetched_message));
     channel.close(1000);

@@ -16,7 +16,8 @@ namespace webots_cloud {
 result<> may_start(SessionContext const& context, core::SimulationRequest const& request);
 
 /// Takes a place, if the machine has room for one more simulation, and the world and the client may have
-/// another one. `client`: `ChannelInfo::quota_key`.
+/// another one. `client`: `ChannelInfo::quota_key`. Asked before a project is fetched, also where that is all
+/// that is asked for, and where a browser would get a staged simulation; whoever asks gives `place` back.
 result<> take_place(SessionContext& context, std::string const& client,
                     core::SimulationRequest const& request, core::Admission::Place& place);
 

@@ -45,6 +45,28 @@ std::optional<std::uint64_t> simulation_number(std::string_view query)
                                                                         : std::nullopt;
 }
 
+/// What has gone through the gateway, simulations that have ended included.
+struct GatewayTraffic
+{
+    double connections = 0;
+    double received = 0; ///< Bytes from browsers.
+    double sent = 0;
+};
+
+GatewayTraffic traffic_of(SessionContext const& context, SimulationSessions const& sessions)
+{
+    GatewayTraffic traffic;
+    traffic.received = static_cast<double>(context.ended_received);
+    traffic.sent = static_cast<double>(context.ended_sent);
+    for (auto const& [id, session] : sessions)
+        if (auto const* tunnels = session->gateway().tunnels()) {
+            traffic.connections += static_cast<double>(tunnels->open());
+            traffic.received += static_cast<double>(tunnels->received());
+            traffic.sent += static_cast<double>(tunnels->sent());
+        }
+    return traffic;
+}
+
 } // namespace
 
 StatusEndpoints::StatusEndpoints(SimulationServiceParams const& params, SimulationServiceHooks const& hooks,
@@ -162,7 +184,7 @@ boost::asio::awaitable<result<>> StatusEndpoints::look_at_processes()
             co_await look_at_some();
         }
         if (update_due)
-            feed_.publish(board_.update(rows(), capacity(), context_.state.is_draining()));
+            feed_.publish(board_.update(rows(), machine(), context_.state.is_draining()));
     }
 }
 
@@ -228,8 +250,8 @@ LoadReport StatusEndpoints::report() const
     report.capacity = std::max(0, context_.admission.max_simulations() - fetches);
     report.memory = memory_of_browsers();
     report.draining = context_.state.is_draining();
-    report.arrivals = static_cast<std::int64_t>(context_.starts.arrivals());
-    report.failed = static_cast<std::int64_t>(context_.starts.lost());
+    report.arrivals = static_cast<std::int64_t>(context_.start_figures.arrivals());
+    report.failed = static_cast<std::int64_t>(context_.start_figures.lost());
     report.departures = *report.arrivals - *report.sessions;
     report.labels = params_.labels;
     if (description_.cores > 0) {
@@ -277,10 +299,19 @@ std::vector<WorldUse> StatusEndpoints::worlds() const
     return worlds;
 }
 
+/// What the monitor page shows of it beside what is measured once a second.
+std::vector<core::MachineFigure> StatusEndpoints::machine() const
+{
+    std::vector<core::MachineFigure> figures{{"capacity", static_cast<double>(capacity())}};
+    if (context_.launcher.params().config.gateway)
+        figures.push_back({"sent", traffic_of(context_, sessions_).sent});
+    return figures;
+}
+
 std::string StatusEndpoints::monitor_snapshot()
 {
     want_look();
-    return board_.snapshot(rows(), capacity(), context_.state.is_draining());
+    return board_.snapshot(rows(), machine(), context_.state.is_draining());
 }
 
 Answer StatusEndpoints::monitor_page(IncomingRequest const& request)
@@ -353,7 +384,7 @@ boost::asio::awaitable<void> StatusEndpoints::watch(Channel& channel)
     return feed_.serve(greeting_, channel);
 }
 
-Answer StatusEndpoints::figures(IncomingRequest const&)
+Answer StatusEndpoints::metrics_answer(IncomingRequest const&)
 {
     core::MetricsText text;
     text.family(core::metric("build_info")).add(1, {{"version", version()}});
@@ -390,27 +421,18 @@ Answer StatusEndpoints::figures(IncomingRequest const&)
     }
     if (context_.launcher.params().config.gateway)
         write_traffic(text);
-    context_.starts.write(text);
-    context_.fetches.write(text);
+    context_.start_figures.write(text);
+    context_.fetch_figures.write(text);
     return core::metrics_page(text.take(), hooks_.more_metrics);
 }
 
-/// What has gone through the gateway.
 void StatusEndpoints::write_traffic(core::MetricsText& text) const
 {
-    double connections = 0;
-    auto received = static_cast<double>(context_.received);
-    auto sent = static_cast<double>(context_.sent);
-    for (auto const& [id, session] : sessions_)
-        if (auto const* tunnels = session->gateway().tunnels()) {
-            connections += static_cast<double>(tunnels->open());
-            received += static_cast<double>(tunnels->received());
-            sent += static_cast<double>(tunnels->sent());
-        }
-    text.family(core::metric("gateway_connections")).add(connections);
+    auto const traffic = traffic_of(context_, sessions_);
+    text.family(core::metric("gateway_connections")).add(traffic.connections);
     text.family(core::metric("gateway_bytes_total"))
-        .add(received, {{"from", "browsers"}})
-        .add(sent, {{"from", "simulations"}});
+        .add(traffic.received, {{"from", "browsers"}})
+        .add(traffic.sent, {{"from", "simulations"}});
 }
 
 /// What simulations use, all together, and how many wanted more than they may have.
@@ -516,7 +538,7 @@ std::span<Route<StatusEndpoints> const> StatusEndpoints::routes()
         {"/load",         Methods::read, everybody,           ignored,  &Self::load_answer},
         {"/monitor",      Methods::read, everybody,           accepted, &Self::monitor_page},
         {"/monitor/*",    Methods::read, everybody,           ignored,  &Self::watch_by_key},
-        {"/metrics",      Methods::read, everybody,           ignored,  &Self::figures},
+        {"/metrics",      Methods::read, everybody,           ignored,  &Self::metrics_answer},
         {"/livez",        Methods::read, everybody,           ignored,  &Self::liveness},
         {"/livez/",       Methods::read, everybody,           ignored,  &Self::liveness},
         {"/readyz",       Methods::read, everybody,           ignored,  &Self::readiness},

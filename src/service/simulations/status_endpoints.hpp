@@ -79,6 +79,7 @@ private:
     double memory_of_browsers() const;
     std::vector<core::SimulationRow> rows() const;
     std::size_t capacity() const;
+    std::vector<core::MachineFigure> machine() const;
     LoadReport report() const;
     std::vector<WorldUse> worlds() const;
     std::string monitor_snapshot();
@@ -92,7 +93,7 @@ private:
     Answer watch_by_key(IncomingRequest const& request);
     void write_consumption(core::MetricsText& text) const;
     void write_traffic(core::MetricsText& text) const;
-    Answer figures(IncomingRequest const& request);
+    Answer metrics_answer(IncomingRequest const& request);
     Answer liveness(IncomingRequest const& request);
     Answer readiness(IncomingRequest const& request);
     Answer drain_answer(IncomingRequest const& request);

@@ -16,8 +16,8 @@
   const measures = make('dl', { id: 'measures' });
   const now = make('section', { id: 'now', class: 'panel' }, make('div', { class: 'seats' }, make('p', { class: 'hint' }, say('monitor.seats')), free, lamp), measures);
 
-  // Figures by their columns in monitor.csv, whose names programs know.
-  const MEASURES = [
+  // Shares of the machine, by their columns in monitor.csv, whose names programs know.
+  const SHARES = [
     { name: 'CPU load', title: () => say('monitor.processor') },
     { name: 'CPU memory', title: () => say('monitor.memory') },
     { name: 'GPU load compute', title: () => say('monitor.graphics'), isOfGpu: true },
@@ -25,24 +25,31 @@
     { name: 'Swap', title: () => say('monitor.swap'), isOptional: true },
     { name: 'Disk', title: () => say('monitor.disk') },
   ];
-  const has = ({ name, isOfGpu, isOptional }) => (!isOfGpu || Boolean(about.host.gpu)) && (!isOptional || minutes.of(name).some((value) => value > 0));
+  const hasShare = ({ name, isOfGpu, isOptional }) => (!isOfGpu || Boolean(about.host.gpu)) && (!isOptional || minutes.of(name).some((value) => value > 0));
+  // What is shown now: `of` finds the value in a message (undefined: it is not shown); one with a format of its own is no share, and has no bar.
+  const MEASURES = [
+    { name: 'load', title: () => say('monitor.load'), of: ({ load }) => load },
+    ...SHARES.map((share) => ({ ...share, of: () => (hasShare(share) ? minutes.of(share.name).at(-1) ?? 0 : undefined) })),
+    { name: 'sent', title: () => say('monitor.sentToBrowsers'), of: ({ sent }) => sent, format: (bytes) => texts.megabytes(bytes / 1e6) },
+  ];
   let bars = new Map(); // by name
 
-  function showNow({ capacity, count, staged, load }) {
+  function showNow(message) {
+    const { capacity, count, staged } = message;
     const taken = count - (staged ?? 0);
     const left = Math.max(0, capacity - taken);
     const isFull = left === 0;
     write(free, say('monitor.seatsFree', { free: texts.count(draining.hidden ? left : 0), seats: texts.count(capacity) }));
     now.dataset.state = draining.hidden ? (isFull ? 'full' : 'free') : 'draining';
     write(sentence, `${draining.hidden ? (isFull ? say('site.full') : say('monitor.takesMore')) : say('monitor.takesNone')}${staged ? ` ${say('monitor.staged', { count: texts.count(staged) })}` : ''}`);
-    const shown = MEASURES.filter(has);
-    if (shown.length + 1 !== bars.size) {
-      bars = new Map([['load', say('monitor.load')], ...shown.map(({ name, title }) => [name, title()])].map(([name, title]) => [name, { title, bar: monitor.bar() }]));
-      measures.replaceChildren(...[...bars].map(([name, { title, bar }]) => make('div', { 'data-name': name }, make('dt', {}, title), make('dd', {}, bar.element))));
+    const shown = MEASURES.filter(({ of }) => of(message) !== undefined);
+    if (shown.length !== bars.size || !shown.every(({ name }) => bars.has(name))) {
+      bars = new Map(shown.map(({ name }) => [name, monitor.bar()]));
+      measures.replaceChildren(...shown.map(({ name, title }) => make('div', { 'data-name': name }, make('dt', {}, title()), make('dd', {}, bars.get(name).element))));
     }
-    for (const [name, { bar }] of bars) {
-      const value = name === 'load' ? load : minutes.of(name).at(-1) ?? 0;
-      bar.show(value, texts.percent(value), value >= 90);
+    for (const { name, of, format } of shown) {
+      const value = of(message);
+      bars.get(name).show(format ? null : value, (format ?? texts.percent)(value), !format && value >= 90);
     }
   }
 
@@ -182,7 +189,7 @@
   const past = monitor.history((span, name) => {
     const { times, of } = name === 'minutes' ? minutes : day;
     const line = (column, title, isFilled = false) => ({ name: title, values: of.call(name === 'minutes' ? minutes : day, column), isFilled });
-    loads.show(times, MEASURES.filter(has).map((each) => line(each.name, each.title())), span);
+    loads.show(times, SHARES.filter(hasShare).map((each) => line(each.name, each.title())), span);
     numbers.show(times, [line('Webots running', say('monitor.simRunning'), true), line('Webots idle', say('monitor.simIdle'))], span);
     network.show(times, [line('Network sent', say('monitor.sent'), true), line('Network received', say('monitor.received'))], span);
     return [loads, numbers, network];

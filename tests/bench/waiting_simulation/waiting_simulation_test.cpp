@@ -55,7 +55,6 @@ double wait(MakeSite const& site, Rule rule, std::string const& group, double sh
 
 using boost::test_tools::tolerance;
 
-// Issue 22, item 3.
 BOOST_AUTO_TEST_SUITE(waiting_simulation)
 
 BOOST_AUTO_TEST_CASE(nobody_is_overtaken_by_anybody_who_came_more_than_five_minutes_later)

@@ -12,7 +12,6 @@
 using namespace webots_cloud;
 using core::SiteState;
 
-// Issue 42, item 3.
 BOOST_AUTO_TEST_SUITE(site_state)
 
 namespace {

@@ -446,7 +446,6 @@ BOOST_AUTO_TEST_CASE(pages_say_who_may_frame_them_and_nothing_is_guessed)
     BOOST_TEST(fixture.get("/session").fixed_headers == "Access-Control-Allow-Origin: *\r\n");
 }
 
-// Issue 48, item 8.
 BOOST_AUTO_TEST_CASE(people_see_a_refusal_in_a_page_of_ours_and_programs_the_sentence_alone)
 {
     AccessParams params;

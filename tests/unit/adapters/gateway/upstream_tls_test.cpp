@@ -15,7 +15,7 @@
 
 using namespace webots_cloud;
 
-// Issue 20: the way between the servers.
+// The way between the servers.
 BOOST_AUTO_TEST_SUITE(upstream_tls)
 
 namespace {
@@ -148,7 +148,7 @@ BOOST_AUTO_TEST_CASE(one_handshake_verifies_for_those_that_follow)
     BOOST_TEST(gateway.statistics().upstream_tls_full == 2u, "its certificate was verified for another name");
 }
 
-// Issue 24: the machines of one name, at addresses of their own.
+// The machines of one name, at addresses of their own.
 BOOST_AUTO_TEST_CASE(the_certificate_may_be_for_a_name_instead_of_the_address)
 {
     SignedItself const certificate("named", "DNS:machines.example.org");

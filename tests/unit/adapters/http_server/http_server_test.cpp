@@ -274,7 +274,6 @@ BOOST_AUTO_TEST_CASE(an_address_has_a_limit_of_connections_and_room_again_when_s
     BOOST_TEST(admitted.read_all().ends_with("/in"));
 }
 
-// Issue 16, item 3.
 BOOST_AUTO_TEST_CASE(a_trusted_proxy_says_for_whom_it_asks)
 {
     RunningServer server;
@@ -299,7 +298,6 @@ BOOST_AUTO_TEST_CASE(a_trusted_proxy_says_for_whom_it_asks)
     BOOST_TEST(browser.read_to("\n").ends_with("I am 203.0.113.7, counted by [203.0.113.7]\n"));
 }
 
-// Issue 16, item 3.
 BOOST_AUTO_TEST_CASE(websockets_behind_a_proxy_are_counted_by_client)
 {
     HttpServerParams params;

@@ -115,7 +115,7 @@ BOOST_AUTO_TEST_CASE(headers_are_replaced_where_the_endpoint_says_so)
                "X-Forwarded-For: 203.0.113.7, 10.0.0.1\r\nConnection: close\r\n\r\n");
 }
 
-// Issue 24: only a gateway knows where browsers reach the machine behind it.
+// Only a gateway knows where browsers reach the machine behind it.
 BOOST_AUTO_TEST_CASE(what_only_a_gateway_may_say_is_not_passed_on_from_browsers)
 {
     auto const asked = std::string(start) + "Origin: https://o\r\nwebots-cloud-address: ws://evil\r\n\r\n";

@@ -5,7 +5,6 @@
 using namespace webots_cloud;
 using core::ForwardingTable;
 
-// Issue 20, item 2.
 BOOST_AUTO_TEST_SUITE(forwarding)
 
 namespace {
@@ -111,7 +110,7 @@ BOOST_AUTO_TEST_CASE(what_is_the_operators_is_not_passed_on_however_it_is_spelle
     BOOST_TEST(found("/2000/%zz") != "");
 }
 
-// Issue 20: between the machines of a site, TLS.
+// Between the machines of a site, TLS.
 BOOST_AUTO_TEST_CASE(machines_may_be_reached_by_tls_and_by_name)
 {
     BOOST_TEST(found("/5000/client") == "tls sim5.example.org 5000 /client");

@@ -8,7 +8,6 @@ using core::https_address;
 using core::Reach;
 using core::SiteAccess;
 
-// Issue 20, item 5.
 BOOST_AUTO_TEST_SUITE(redirects_to_https)
 
 BOOST_AUTO_TEST_CASE(the_same_address_is_found_by_https)

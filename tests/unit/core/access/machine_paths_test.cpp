@@ -10,7 +10,6 @@
 using namespace webots_cloud;
 using core::MachinePaths;
 
-// Issue 24, line 1.
 BOOST_AUTO_TEST_SUITE(machine_paths)
 
 namespace {

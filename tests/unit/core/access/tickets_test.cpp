@@ -8,7 +8,6 @@ using core::TicketBook;
 
 BOOST_TEST_DONT_PRINT_LOG_VALUE(webots_cloud::core::TicketVerdict)
 
-// Issue 20, item 4.
 BOOST_AUTO_TEST_SUITE(tickets)
 
 using Verdict = core::TicketVerdict;

@@ -8,7 +8,6 @@ using core::TokenBuckets;
 
 BOOST_TEST_DONT_PRINT_LOG_VALUE(TokenBuckets::Verdict)
 
-// Issue 16, item 3.
 BOOST_AUTO_TEST_SUITE(token_buckets)
 
 using Verdict = TokenBuckets::Verdict;

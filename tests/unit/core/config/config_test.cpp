@@ -199,7 +199,6 @@ BOOST_AUTO_TEST_CASE(a_wrong_world_of_the_gallery_is_named_with_its_wrong_key)
         error("\"local:/school\"").starts_with("c.json: key \"worlds\": expected a list of at most 200 "));
 }
 
-// Issue 20, item 2.
 BOOST_AUTO_TEST_CASE(machines_may_be_found_by_name_or_announce_themselves)
 {
     auto const parsed = machines(
@@ -227,7 +226,6 @@ BOOST_AUTO_TEST_CASE(machines_may_be_found_by_name_or_announce_themselves)
     BOOST_TEST(announced->config.announcements);
 }
 
-// Issue 24, line 1.
 BOOST_AUTO_TEST_CASE(machines_that_are_found_may_be_reached_through_the_gateway_alone)
 {
     auto const listening = [](std::string_view entry) {
@@ -296,7 +294,7 @@ BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_have_an_internal_address)
                   "too"});
 }
 
-// Issue 20: between the machines of a site, TLS.
+// Between the machines of a site, TLS.
 BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_may_speak_tls)
 {
     auto const parsed = machines(R"({"address":"s.org/2000","internal":"https://sim2.s.org:2000"})",
@@ -1120,7 +1118,6 @@ BOOST_AUTO_TEST_CASE(a_forge_may_be_said_to_be_of_a_kind)
     BOOST_TEST(!forges(R"({"url":"local:","kind":"gitlab"})").has_value());
 }
 
-// Issue 20, items 4 and 5.
 BOOST_AUTO_TEST_CASE(a_public_site_with_tls_is_told_how_to_choose_its_origins)
 {
     auto const warnings = [](std::string_view keys) {

@@ -11,7 +11,6 @@
 using namespace webots_cloud;
 using core::concat;
 
-// Issue 44, line 4.
 BOOST_AUTO_TEST_SUITE(fleet)
 
 namespace {

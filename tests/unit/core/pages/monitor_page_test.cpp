@@ -86,10 +86,12 @@ BOOST_AUTO_TEST_CASE(of_other_pages_the_monitors_say_what_a_site_is_and_why_peop
 {
     BOOST_TEST(
         monitor_texts(
-            {{"de", R"({"monitor.live":"Live"})",
+            R"({"monitor.host":{"de":"Rechner","en":"Host"},"monitor.live":{"de":"Live"}})",
+            {{"de",
               R"({"site.full":"Voll.","viewer.start":"Start","waiting.room":"Eng.","waiting.next":"?"})"},
-             {"en", "{}", "broken"}}) ==
-        R"({"de":{"monitor.live":"Live","site.full":"Voll.","waiting.room":"Eng."},"en":{}})");
+             {"en", "broken"}}) ==
+        R"({"de":{"monitor.host":"Rechner","monitor.live":"Live","site.full":"Voll.","waiting.room":"Eng."},)"
+        R"("en":{"monitor.host":"Host"}})");
 }
 
 BOOST_AUTO_TEST_CASE(a_session_server_tells_what_the_page_cannot_know)

@@ -370,7 +370,6 @@ BOOST_AUTO_TEST_CASE(who_waits_and_who_is_relayed_is_told_by_a_server_that_relay
     BOOST_TEST(fixture.update().find("waiting") == std::string::npos);
 }
 
-// Issue 42, item 3.
 BOOST_AUTO_TEST_CASE(seats_and_what_a_server_is_are_told_and_what_the_site_is)
 {
     auto full = server("a:1", 12.5);
@@ -394,7 +393,6 @@ BOOST_AUTO_TEST_CASE(seats_and_what_a_server_is_are_told_and_what_the_site_is)
     BOOST_TEST(fixture.update().empty());
 }
 
-// Issue 48, item 6.
 BOOST_AUTO_TEST_CASE(a_day_of_seats_and_who_waits_is_kept_minute_by_minute)
 {
     auto half = server("a:1", 40);

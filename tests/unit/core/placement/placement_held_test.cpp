@@ -56,8 +56,36 @@ BOOST_FIXTURE_TEST_CASE(a_machine_without_a_capacity_has_room_for_what_its_load_
     scheduler.report("a", LoadReport(35), start);
     BOOST_TEST(scheduler.free_seats(start) == 5u); // 95 % less 35 %, of 12 % each
     place(5);
-    BOOST_TEST(scheduler.free_seats(start) == 0u);
-    BOOST_TEST(scheduler.available(start), "an estimate refuses nobody while nothing is held");
+    BOOST_TEST(scheduler.free_seats(start) == 1u, "an assumed cost fills no machine");
+    scheduler.hold(1);
+    BOOST_TEST(!scheduler.available(start), "but the estimate keeps seats for a class");
+}
+
+BOOST_AUTO_TEST_CASE(seats_are_free_exactly_while_somebody_who_can_wait_is_placed)
+{
+    PlacementRequest patient;
+    patient.only_free = true;
+    auto const fill = [&](Scheduler& scheduler, TimePoint now) { // with 50 at most
+        int placed = 0;
+        for (; placed < 50; ++placed) {
+            bool const is_free = scheduler.free_seats(now) > 0;
+            BOOST_TEST(scheduler.place(patient, now).has_value() == is_free);
+            if (!is_free)
+                break;
+        }
+        return placed;
+    };
+    Seats seats;
+    BOOST_TEST(fill(seats.scheduler, start) == 8);
+    OneMachine untaught;
+    untaught.scheduler.report("a", LoadReport(35), start);
+    BOOST_TEST(fill(untaught.scheduler, start) == 50, "nothing is known that would fill it");
+    OneMachine taught;
+    TimePoint const now = taught.teach_cost() + seconds(5);
+    taught.scheduler.report("a", seated(100, 4, 48), now);
+    int const placed = fill(taught.scheduler, now);
+    BOOST_TEST(placed >= 3);
+    BOOST_TEST(placed <= 5);
 }
 
 BOOST_FIXTURE_TEST_CASE(a_generous_capacity_counts_until_the_cost_of_sessions_is_known, OneMachine)

@@ -198,4 +198,13 @@ BOOST_AUTO_TEST_CASE(explanations_name_machines_that_have_left_however_many_have
     BOOST_TEST(scheduler.explain(placement.decision).value().chosen == "a machine with a long name");
 }
 
+BOOST_FIXTURE_TEST_CASE(a_report_of_a_machine_that_is_not_in_the_list_says_so, OneMachine)
+{
+    BOOST_TEST(scheduler.report("a", LoadReport(10), start));
+    BOOST_TEST(scheduler.mark_unreachable("a", start));
+    BOOST_TEST(!scheduler.report("b", LoadReport(10), start));
+    BOOST_TEST(!scheduler.report("b", LoadReport(-1), start), "one that is no load");
+    BOOST_TEST(!scheduler.mark_unreachable("b", start));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

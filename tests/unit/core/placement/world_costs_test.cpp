@@ -468,7 +468,6 @@ BOOST_FIXTURE_TEST_CASE(who_can_wait_waits_for_a_machine_with_room_for_the_world
     BOOST_TEST(place(of("q", "heavy"), true).value().address == "b");
 }
 
-// Issue 42, item 3.
 BOOST_AUTO_TEST_CASE(a_small_world_is_not_heavy_beside_a_busy_neighbour)
 {
     Fixture site({}, {"a"});

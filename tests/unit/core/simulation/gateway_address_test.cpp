@@ -101,7 +101,6 @@ BOOST_AUTO_TEST_CASE(paths_with_a_token_are_known_with_the_port_of_their_server_
         BOOST_TEST(!is_gateway_path(path), path);
 }
 
-// Issue 43, line 3.
 BOOST_AUTO_TEST_CASE(a_path_with_a_key_is_known_wherever_a_proxy_puts_it)
 {
     for (auto const* path : {"/simulation/x", "/2000/simulation/x", "/machine/abc/simulation/x", "/monitor/x",
@@ -113,7 +112,7 @@ BOOST_AUTO_TEST_CASE(a_path_with_a_key_is_known_wherever_a_proxy_puts_it)
         BOOST_TEST(!is_path_of_key(path), path);
 }
 
-// Issue 24, line 1: what a session server says to a machine that was found.
+// What a session server says to a machine that was found.
 BOOST_AUTO_TEST_CASE(an_address_that_a_gateway_says_is_taken_as_it_is_or_not_at_all)
 {
     for (auto const* good : {"wss://sim.example.org/machine/abc", "ws://[fd00::1]:1999/machine/abc",

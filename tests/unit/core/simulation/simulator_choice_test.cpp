@@ -45,14 +45,16 @@ BOOST_AUTO_TEST_CASE(no_other_simulator_runs_in_the_place_of_the_one_that_is_nam
     auto const others = only({"/env/w/webots", "/usr/bin/webots", "/bin/webots-demo-simulator"});
     auto const configured = choose_simulator("/opt/w", "/env/w", "/bin", others);
     BOOST_TEST((configured.error() == errc::invalid_config));
-    BOOST_TEST(configured.error().message() == "key \"webotsHome\": there is no program /opt/w/webots. Name "
-                                               "the folder of Webots that has it, or remove the key: "
-                                               "then Webots is looked for in its usual places");
+    BOOST_TEST(configured.error().message() ==
+               "key \"webotsHome\": /opt/w/webots is missing or not executable. "
+               "Name the folder of Webots that has it, or remove the key: "
+               "then Webots is looked for in its usual places");
     auto const of_environment = choose_simulator({}, "/opt/w", "/bin", others);
     BOOST_TEST((of_environment.error() == errc::invalid_config));
-    BOOST_TEST(of_environment.error().message() == "WEBOTS_HOME of the environment: there is no program "
-                                                   "/opt/w/webots. Name the folder of Webots that has it, or "
-                                                   "unset it: then Webots is looked for in its usual places");
+    BOOST_TEST(of_environment.error().message() ==
+               "WEBOTS_HOME of the environment: /opt/w/webots is missing or "
+               "not executable. Name the folder of Webots that has it, or "
+               "unset it: then Webots is looked for in its usual places");
 }
 
 BOOST_AUTO_TEST_CASE(unless_configured_webots_is_where_it_is_usually_installed)

@@ -12,7 +12,6 @@ using namespace std::chrono_literals;
 using core::WaitEstimate;
 using core::WaitRange;
 
-// Issue 22, item 3.
 BOOST_AUTO_TEST_SUITE(wait_estimate)
 
 namespace {
@@ -49,7 +48,7 @@ BOOST_AUTO_TEST_CASE(before_five_departures_there_is_none)
     BOOST_TEST(after(5, now).expect(0, now).has_value());
 }
 
-// Issue 42, item 3: people read 10, then 15, then 20 seconds.
+// People read 10, then 15, then 20 seconds.
 BOOST_AUTO_TEST_CASE(what_somebody_was_told_is_not_taken_back_while_nobody_leaves)
 {
     TimePoint now;

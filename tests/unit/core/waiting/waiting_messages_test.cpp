@@ -10,7 +10,6 @@ using core::SiteState;
 using core::WaitRange;
 using core::WaitReason;
 
-// Issue 22, item 3.
 BOOST_AUTO_TEST_SUITE(waiting_messages)
 
 namespace {
@@ -87,7 +86,6 @@ BOOST_AUTO_TEST_CASE(who_can_say_it_gets_numbers)
     BOOST_TEST(core::turn_message() == "loading: A machine is free.");
 }
 
-// Issue 42, item 3.
 BOOST_AUTO_TEST_CASE(who_waits_hears_what_for)
 {
     struct Row

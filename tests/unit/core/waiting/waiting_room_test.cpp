@@ -16,7 +16,6 @@ using core::WaitingRoomParams;
 
 BOOST_TEST_DONT_PRINT_LOG_VALUE(webots_cloud::core::WaitingRoom::Verdict)
 
-// Issue 22, item 3.
 BOOST_AUTO_TEST_SUITE(waiting_room)
 
 using Verdict = core::WaitingRoom::Verdict;

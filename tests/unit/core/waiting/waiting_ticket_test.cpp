@@ -10,7 +10,6 @@ using namespace std::chrono_literals;
 using core::WaitingTicket;
 using core::WaitingTickets;
 
-// Issue 22, item 3.
 BOOST_AUTO_TEST_SUITE(waiting_ticket)
 
 namespace {

@@ -464,8 +464,9 @@ BOOST_AUTO_TEST_CASE(no_browser_hears_the_name_of_a_simulation)
     BOOST_TEST(browser.was_told("loading: Creating network \"simulation_default\""));
     BOOST_TEST(browser.was_told("loading: Successfully tagged simulation_webots:latest"));
     BOOST_TEST(browser.sent.back() ==
-               "loading: Error: Unable to start Webots: it exited with status 1 before "
-               "the world was loaded: ERROR: for simulation_webots_1 no such runtime");
+               error_line(core::Refused::ended_early,
+                          {{"how", "it exited with status 1"},
+                           {"words", ": ERROR: for simulation_webots_1 no such runtime"}}));
     for (auto const& text : browser.sent)
         BOOST_TEST(text.find("0123456789abcdef") == std::string::npos, text);
 }
@@ -550,7 +551,6 @@ std::string image_id(char digit)
     return concat("sha256:", std::string(64, digit));
 }
 
-// Issue 43, line 7.
 BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simulation)
 {
     Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
@@ -667,7 +667,7 @@ BOOST_AUTO_TEST_CASE(docker_is_not_followed_for_a_project_that_has_nothing_run)
     BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 3u);
 }
 
-// Issue 43, line 7: so that nobody can start an image from it.
+// So that nobody can start an image from it.
 BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again_and_lose_the_names_that_they_get_late)
 {
     Fixture fixture;
@@ -874,11 +874,11 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
                "LABEL webots_cloud.server=webots-2000-1f3a9c4d com.docker.compose.project=\"\" "
                "com.docker.compose.service=\"\"\n\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
     BOOST_TEST(errors_told(browser) == 1);
-    BOOST_TEST(
-        browser.sent.back().starts_with("loading: Error: Unable to start Webots: it exited with status 1"));
+    BOOST_TEST(browser.sent.back().starts_with(
+        error_line(core::Refused::ended_early, {{"how", "it exited with status 1"}, {"words", ""}})));
 }
 
-// Issue 43, line 7: private networks and the metadata service of a cloud are no business of a Dockerfile's.
+// Private networks and the metadata service of a cloud are no business of a Dockerfile's.
 BOOST_AUTO_TEST_CASE(dockerfiles_of_projects_are_built_without_a_network_unless_the_operator_allows_it)
 {
     for (bool const competes : {true, false})

@@ -196,14 +196,14 @@ BOOST_AUTO_TEST_CASE(each_way_to_end_has_its_reason_its_status_and_whether_it_wa
         std::string reason;
         bool was_ready;
     };
+    auto const early = [](std::string_view how, std::string_view words) {
+        return sentence(core::Refused::ended_early, {{"how", how}, {"words", words}});
+    };
     std::vector<Row> const rows{
-        {"", ExitStatus(0, false),
-         "Unable to start Webots: it exited with status 0 before the world was loaded.", false},
+        {"", ExitStatus(0, false), early("it exited with status 0", "."), false},
         {"Error: no screen\nTry --help\n", ExitStatus(7, false),
-         "Unable to start Webots: it exited with status 7 before the world was loaded: Error: no screen",
-         false},
-        {"", ExitStatus(SIGSEGV, true),
-         "Unable to start Webots: it was ended by signal 11 before the world was loaded.", false},
+         early("it exited with status 7", ": Error: no screen"), false},
+        {"", ExitStatus(SIGSEGV, true), early("it was ended by signal 11", "."), false},
         {".\n", ExitStatus(0, false), sentence(core::Refused::quit), true},
         {".\nError: late\n", ExitStatus(7, false),
          sentence(core::Refused::crashed, {{"how", "it exited with status 7"}}), true},
@@ -432,9 +432,22 @@ BOOST_AUTO_TEST_CASE(a_program_that_does_not_start_gives_its_port_back_and_says_
     auto const failed = fixture.launch();
     BOOST_TEST_REQUIRE(!failed.has_value());
     BOOST_TEST(failed.error() == errc::start_failed);
-    BOOST_TEST(failed.error().detail() == "Unable to start Webots: /opt/webots/webots is not in the script");
+    BOOST_TEST(failed.error().detail() ==
+               sentence(core::Refused::not_started, {{"why", "/opt/webots/webots is not in the script"}}));
     BOOST_TEST(fixture.launcher.running() == 0u);
     BOOST_TEST(!fixture.log.contains("started"));
+}
+
+BOOST_AUTO_TEST_CASE(a_host_that_has_a_sentence_of_its_own_is_heard_with_its_code)
+{
+    Fixture fixture;
+    auto const why = core::refused(core::Refused::job_refused, {{"words", "no partition"}});
+    fixture.processes.fuse = testing::Fuse(2, why); // after its port
+    auto const failed = fixture.launch();
+    BOOST_TEST_REQUIRE(!failed.has_value());
+    BOOST_TEST(failed.error().detail() == why.detail());
+    BOOST_TEST_REQUIRE(failed.error().info());
+    BOOST_TEST(failed.error().info()->code == "cluster");
 }
 
 BOOST_AUTO_TEST_CASE(whatever_fails_in_a_launch_nothing_is_left_of_it)

@@ -272,7 +272,6 @@ BOOST_AUTO_TEST_CASE(what_both_say_is_relayed)
     BOOST_TEST(fixture.answer("/metrics").find("webots_relayed 0\n") != std::string::npos);
 }
 
-// Issue 24, line 1.
 BOOST_AUTO_TEST_CASE(a_machine_below_this_server_is_told_where_its_browsers_reach_it)
 {
     Fixture fixture(relaying(), {});
@@ -533,7 +532,7 @@ std::string name_of_machine(int number)
 
 } // namespace
 
-// Issue 42: with one machine, or two, they waited for ever, as the next in the line.
+// With one machine, or two, they waited for ever, as the next in the line.
 BOOST_AUTO_TEST_CASE(where_every_machine_refuses_its_word_is_told_however_many_there_are)
 {
     for (int const count : {1, 2, 5}) {
@@ -942,7 +941,7 @@ BOOST_FIXTURE_TEST_CASE(who_wants_much_room_waits_for_it_and_is_passed_by_others
     BOOST_TEST(heavy.was_told("loading: A machine is free."));
 }
 
-// Issue 42, item 3: "A machine is available" stood beside "You are number 3 in line".
+// "A machine is available" stood beside "You are number 3 in line".
 BOOST_FIXTURE_TEST_CASE(while_somebody_waits_for_room_the_lamp_does_not_say_that_a_machine_is_free,
                         HeavyWorld)
 {
@@ -980,7 +979,7 @@ BOOST_AUTO_TEST_CASE(the_lamp_and_the_line_say_the_same)
                boost::test_tools::per_element());
 }
 
-// Issue 42, item 3: the estimate went from 10 to 15 to 20 seconds.
+// The estimate went from 10 to 15 to 20 seconds.
 BOOST_AUTO_TEST_CASE(a_wait_that_was_told_gets_only_shorter)
 {
     Fixture fixture(relaying(), {"a:2000"});

@@ -221,7 +221,6 @@ BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_b
     BOOST_TEST(fixture.monitor.servers().front().report.sessions.value() == 2);
 }
 
-// Issue 20, item 2.
 BOOST_AUTO_TEST_CASE(a_machine_behind_the_gateway_is_polled_inside)
 {
     LoadMonitorParams params;
@@ -263,7 +262,7 @@ BOOST_AUTO_TEST_CASE(a_certificate_may_be_for_a_name_that_several_machines_share
     BOOST_TEST(fixture.http.requests().back().address == "10.0.0.2");
 }
 
-// Issue 24, line 1: a name server could point us at other services.
+// A name server could point us at other services.
 BOOST_AUTO_TEST_CASE(what_answers_without_our_counters_may_be_taken_for_another_service)
 {
     Fixture fixture({});

@@ -330,7 +330,6 @@ BOOST_AUTO_TEST_CASE(a_reload_in_the_middle_takes_the_rest_over_at_once)
     BOOST_TEST(fixture.changes == 1);
 }
 
-// Issue 24, line 1.
 BOOST_AUTO_TEST_CASE(machines_are_reached_inside_where_their_entries_say_so)
 {
     DiscoveryFixture fixture({});

@@ -338,7 +338,6 @@ BOOST_AUTO_TEST_CASE(a_browser_gets_the_current_availability_once_and_then_only_
     fixture.world.settle();
 }
 
-// Issue 42, item 3.
 BOOST_AUTO_TEST_CASE(who_asks_for_it_is_told_in_a_word_what_the_site_is)
 {
     auto const report = [](std::string_view members) {
@@ -808,7 +807,7 @@ SessionServiceParams with_budget(std::size_t burst, double rate)
     return params;
 }
 
-// Issue 16, item 3. Protocol 2.1: status 200 in every case, and a text that starts with "Error:" is shown.
+// Protocol 2.1: status 200 in every case, and a text that starts with "Error:" is shown.
 BOOST_AUTO_TEST_CASE(who_asks_for_sessions_too_often_is_told_so_and_others_are_served)
 {
     Fixture fixture(with_budget(5, 0.5));
@@ -1249,7 +1248,6 @@ BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so
     BOOST_TEST(fixture.get("/api/decisions").body == R"({"decisions":[]})");
 }
 
-// Issue 20, item 4.
 BOOST_AUTO_TEST_CASE(a_browser_is_given_a_ticket_for_the_server_that_it_is_sent_to)
 {
     SessionServiceHooks hooks;
@@ -1266,7 +1264,6 @@ BOOST_AUTO_TEST_CASE(a_browser_is_given_a_ticket_for_the_server_that_it_is_sent_
     BOOST_TEST(browser.sent.front() == "wss://a:2000/ticket/ticket2-for-a:2000");
 }
 
-// Issue 20, item 2.
 BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
 {
     GatewayFixture fixture;
@@ -1471,7 +1468,6 @@ BOOST_AUTO_TEST_CASE(only_what_is_below_the_gateway_of_a_trusted_machine_keeps_t
         BOOST_TEST(!keeps_origin(path), path);
 }
 
-// Issue 24, line 1.
 BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
 {
     SessionServiceParams params;

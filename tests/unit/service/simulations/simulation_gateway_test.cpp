@@ -94,7 +94,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_announced_with_its_token_and_reached_throug
     fixture.leave(browser);
 }
 
-// Issue 24, line 1: a machine that was found knows from the session server how browsers reach it.
+// A machine that was found knows from the session server how browsers reach it.
 BOOST_AUTO_TEST_CASE(
     a_simulation_is_announced_below_the_session_server_whose_gateway_its_browser_came_through)
 {
@@ -401,6 +401,7 @@ BOOST_AUTO_TEST_CASE(bytes_are_counted_also_of_simulations_that_have_ended)
     BOOST_TEST(figures.find("webots_gateway_bytes_total{from=\"simulations\"} 1000\n") != std::string::npos,
                figures);
     BOOST_TEST(figures.find("webots_gateway_connections 0\n") != std::string::npos, figures);
+    BOOST_TEST(fixture.get("/monitor").text().find(R"("sent":1000,)") != std::string::npos);
     fixture.leave(second);
 }
 

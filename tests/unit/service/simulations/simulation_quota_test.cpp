@@ -6,7 +6,6 @@
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
-// Issue 16, item 3.
 BOOST_AUTO_TEST_SUITE(simulation_quota)
 
 namespace {

@@ -281,8 +281,9 @@ BOOST_AUTO_TEST_CASE(a_crash_before_ready_is_told_with_the_error_that_webots_pri
     fixture.processes.expect().prints("starting\nError: no display\nTry 'webots --help'.").exits(1);
     auto& browser = fixture.start();
     fixture.world.advance(1s);
-    BOOST_TEST(browser.sent.back() == "loading: Error: Unable to start Webots: it exited with status 1 "
-                                      "before the world was loaded: Error: no display");
+    BOOST_TEST(browser.sent.back() ==
+               error_line(core::Refused::ended_early,
+                          {{"how", "it exited with status 1"}, {"words", ": Error: no display"}}));
     BOOST_TEST(browser.close_code.has_value());
 }
 
@@ -1521,7 +1522,6 @@ BOOST_AUTO_TEST_CASE(whatever_fails_exactly_one_error_is_told_and_nothing_is_lef
     }
 }
 
-// Issue 20, item 4.
 BOOST_AUTO_TEST_CASE(where_tickets_are_asked_for_each_starts_one_simulation)
 {
     std::vector<std::string> shown;
