@@ -22,7 +22,7 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/fleet
 ABOVE_SERVICES = ['webots_cloud/adapters', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/servers.hpp',
                   'webots_cloud/subordinate_users.hpp']
 ASIO_CORE = ['boost/asio/' + name for name in (
-    'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'deferred', 'detached',
+    'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'deferred', 'detached', 'post',
     'experimental/awaitable_operators', 'experimental/channel', 'experimental/parallel_group', 'this_coro', 'use_awaitable', 'io_context')]
 FLOORS = {
     'include/webots_cloud': ['webots_cloud/', 'boost/system/', 'boost/asio/awaitable', 'boost/asio/any_io_executor'],

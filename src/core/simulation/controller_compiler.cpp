@@ -7,19 +7,19 @@ std::filesystem::path common_makefile(std::filesystem::path const& home)
     return home / "resources/Makefile.include";
 }
 
-std::vector<std::string> compile_command(ControllerCompiler const& compiler, ControllerSources const& sources)
+std::vector<std::string> compile_command(std::filesystem::path const& make, std::filesystem::path const& home,
+                                         std::filesystem::path const& folder, bool has_makefile)
 {
     // A folder of another user can't be our working directory.
-    std::vector<std::string> command{compiler.make.native(), "--no-print-directory", "-C",
-                                     sources.folder.native()};
-    if (!sources.has_makefile)
-        command.insert(command.end(), {"-f", common_makefile(compiler.home).native()});
+    std::vector<std::string> command{make.native(), "--no-print-directory", "-C", folder.native()};
+    if (!has_makefile)
+        command.insert(command.end(), {"-f", common_makefile(home).native()});
     return command;
 }
 
-std::vector<std::pair<std::string, std::string>> compile_variables(ControllerCompiler const& compiler)
+std::vector<std::pair<std::string, std::string>> compile_variables(std::filesystem::path const& home)
 {
-    return {{"WEBOTS_HOME", compiler.home.native()}, {"LC_ALL", "C"}};
+    return {{"WEBOTS_HOME", home.native()}, {"LC_ALL", "C"}};
 }
 
 } // namespace webots_cloud::core

@@ -2,8 +2,7 @@
 // simulator, as its own editor does it.
 #pragma once
 
-#include <webots_cloud/simulation_launcher.hpp>
-
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,12 +12,12 @@ namespace webots_cloud::core {
 /// The makefile of a simulator for controllers that have none of their own.
 std::filesystem::path common_makefile(std::filesystem::path const& home);
 
-/// The command line that compiles what is in a folder.
-std::vector<std::string> compile_command(ControllerCompiler const& compiler,
-                                         ControllerSources const& sources);
+/// The command line that compiles what is in a folder, by its own makefile or the common one of `home`.
+std::vector<std::string> compile_command(std::filesystem::path const& make, std::filesystem::path const& home,
+                                         std::filesystem::path const& folder, bool has_makefile);
 
 /// What a compiler gets beside the environment of simulators. Its messages are English, for pages that look
 /// for them.
-std::vector<std::pair<std::string, std::string>> compile_variables(ControllerCompiler const& compiler);
+std::vector<std::pair<std::string, std::string>> compile_variables(std::filesystem::path const& home);
 
 } // namespace webots_cloud::core

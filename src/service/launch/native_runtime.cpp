@@ -1,5 +1,4 @@
-// Decisions: core/simulation/launch_plan, core/simulation/controller_compiler,
-// core/simulation/simulator_environment.
+// Decisions: core/simulation/launch_plan, core/simulation/controller_compiler.
 #include "core/sandbox/simulation_user.hpp"
 #include "core/simulation/controller_compiler.hpp"
 #include "core/simulation/launch_plan.hpp"
@@ -94,7 +93,8 @@ ProcessSpec NativeRuntime::compiler(LaunchPlan const& plan, std::filesystem::pat
                                     ControllerSources const& sources)
 {
     ProcessSpec process;
-    process.argv = core::compile_command(params_.compiler, sources);
+    process.argv = core::compile_command(params_.compiler.make, params_.compiler.home, sources.folder,
+                                         sources.has_makefile);
     process.environment =
         core::simulator_environment(params_.environment, params_.config.simulator_environment, {});
     process.directory = sources.folder;
@@ -107,7 +107,7 @@ ProcessSpec NativeRuntime::compiler(LaunchPlan const& plan, std::filesystem::pat
         if (process.network.reach == ProcessNetwork::Reach::internet)
             process.network.reach = ProcessNetwork::Reach::none;
     }
-    for (auto const& [name, value] : core::compile_variables(params_.compiler))
+    for (auto const& [name, value] : core::compile_variables(params_.compiler.home))
         core::set_variable(process.environment, name, value);
     if (plan.process.user)
         run_beside(process, params_.sandbox, *plan.process.user, instance);
