@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """A simulator is a stranger: over TLS, nothing that it answers binds a real browser to the attacker, or says anything of the site, and nothing of
-the visitor reaches it but what it needs. docs/gateway.md, "What passes"."""
+the visitor reaches it but what it needs. docs/gateway.md, "Header fields"."""
 
 import asyncio
 import base64
