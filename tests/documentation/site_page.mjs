@@ -121,6 +121,6 @@ test('what a metric means is seen without scrolling', async (t) => {
 });
 
 test('options keep both of their dashes in sentences', async (t) => {
-  const page = await open(t, 'docs/projects.html');
+  const page = await open(t, 'docs/git.html');
   await page.getByRole('cell', { name: 'git clone --depth=1, sparse checkout' }).waitFor();
 });
