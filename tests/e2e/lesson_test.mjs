@@ -86,7 +86,7 @@ test('Run compiles a program in C: what is wrong is marked and nothing runs, and
   await page.click('.world[href*="patrol_in_c"]');
   await state(page, 'running');
   await page.click('#show-code');
-  await has(page, 'wb_robot_step(step)');
+  await has(page, 'Drives a robot'); // lines that can't be seen are not in the page
   await write(page, IN_C.replace('wb_robot_step(step)', 'wb_robot_step(stride)'));
   await page.waitForSelector(`#programs ${WRONG_LINE}`);
   const line = IN_C.split('\n').findIndex((each) => each.includes('wb_robot_step(step)')) + 1;
