@@ -4,11 +4,11 @@
 #include "core/config/moved_ports.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
+#include "daemon.hpp"
 #include "options.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/logs.hpp>
-#include <webots_cloud/daemon.hpp>
 #include <webots_cloud/version.hpp>
 
 #include <boost/program_options/options_description.hpp>
@@ -22,7 +22,7 @@
 
 #include <unistd.h>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 
 namespace fs = std::filesystem;
 namespace options = boost::program_options;
@@ -61,7 +61,7 @@ fs::path find_default(Program const& program)
 }
 
 /// In two columns.
-std::string table(std::vector<app::Meaning> const& meanings)
+std::string table(std::vector<Meaning> const& meanings)
 {
     constexpr std::size_t gap = 2;
     std::size_t width = 0;
@@ -100,7 +100,7 @@ int print_key(Program const& program, std::string_view name)
 options::options_description described(Program const& program)
 {
     options::options_description shown("Options");
-    for (auto const& option : app::options_of(program)) {
+    for (auto const& option : options_of(program)) {
         auto const name = option.letter ? option.name + "," + option.letter : option.name;
         if (option.value.empty())
             shown.add_options()(name.c_str(), option.summary.c_str());
@@ -127,8 +127,8 @@ std::optional<int> print_asked(Program const& program, options::variables_map co
                   << ".json. It stays in the foreground. Its log is in\nlog/" << program.kind
                   << " unless \"logDir\" or \"debug\" say otherwise.\n\n"
                   << shown << "\nSignals:\n"
-                  << table(app::signals_of(program)) << "\nExit statuses:\n"
-                  << table(app::exit_statuses());
+                  << table(signals_of(program)) << "\nExit statuses:\n"
+                  << table(exit_statuses());
     else if (given.count("version"))
         std::cout << program.name << " " << version() << "\n";
     else
@@ -239,6 +239,20 @@ void print_failure(Program const& program, Failure const& failure)
         std::cerr << program.name << ": " << terminal_text(line) << std::endl;
 }
 
+void print_remarks(Program const& program, Arguments const& arguments,
+                   std::vector<std::string> const& warnings, std::vector<std::string> const& notes,
+                   bool is_usable)
+{
+    if (!arguments.command) // the running server has told them
+        for (auto const& warning : warnings)
+            std::cerr << program.name << ": warning: " << terminal_text(warning) << std::endl;
+    if (!is_usable || !arguments.check_config)
+        return;
+    std::cout << terminal_text(arguments.config.string()) << ": good" << std::endl;
+    for (auto const& note : notes)
+        std::cout << terminal_text(note) << std::endl;
+}
+
 std::string terminal_text(std::string_view sentence)
 {
     constexpr std::size_t max_sentence_length = 8192;
@@ -276,4 +290,4 @@ result<std::string> read_config_file(fs::path const& path)
     return text;
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::app
