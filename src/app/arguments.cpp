@@ -1,13 +1,11 @@
 // Reads command lines. Options and their texts are rows in options.cpp, from which the manual pages and
 // completions are made, too; here they are obeyed.
 #include "core/config/key_documents.hpp"
-#include "core/config/moved_ports.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
 #include "daemon.hpp"
 #include "options.hpp"
 
-#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/logs.hpp>
 #include <webots_cloud/version.hpp>
 
@@ -30,8 +28,6 @@ namespace options = boost::program_options;
 namespace {
 
 using core::concat;
-
-constexpr std::size_t max_config_size = 1 << 20; // it is read again while the server runs
 
 /// Where what is installed in `prefix` has its configuration: what is in /usr and /usr/local has it in /etc.
 fs::path etc_of(fs::path prefix)
@@ -257,37 +253,6 @@ std::string terminal_text(std::string_view sentence)
 {
     constexpr std::size_t max_sentence_length = 8192;
     return core::printable(sentence, max_sentence_length);
-}
-
-result<> move_ports(SessionConfig& config, int distance)
-{
-    return core::move_ports(config, distance);
-}
-
-result<> move_ports(SimulationConfig& config, int distance)
-{
-    return core::move_ports(config, distance);
-}
-
-result<std::string> read_config_file(fs::path const& path)
-{
-    std::error_code ignored;
-    if (fs::is_directory(path, ignored))
-        return Failure(errc::invalid_config,
-                       path.string() + ": expected a configuration file, found a folder");
-    auto text = read_regular_file(path, max_config_size);
-    if (!text) {
-        auto const target = fs::read_symlink(path, ignored);
-        auto const advice =
-            target.empty()
-                ? std::string()
-                : concat(". It is a link to ", target.string(),
-                         ": if it has become one while the server runs, restart that, since it opens "
-                         "only what was there at its start");
-        return Failure(errc::invalid_config, concat(path.string(), ": the configuration can't be read: ",
-                                                    text.error().message(), advice));
-    }
-    return text;
 }
 
 } // namespace webots_cloud::app

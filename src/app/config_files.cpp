@@ -3,6 +3,7 @@
 #include "adapters/host/accounts.hpp"
 #include "adapters/operator/secret_file.hpp"
 #include "certificate_finding.hpp"
+#include "core/config/moved_ports.hpp"
 #include "core/config/positioned_json.hpp"
 #include "core/docker/container_walls.hpp"
 #include "core/docker/docker_project.hpp"
@@ -11,6 +12,7 @@
 #include "daemon.hpp"
 #include "environment.hpp"
 
+#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/http_client.hpp>
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/adapters/operator.hpp>
@@ -23,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using core::concat;
+
+constexpr std::size_t max_config_size = 1 << 20; // it is read again while the server runs
 
 /// `config.json:3:7: key "sslKey"`: where a key stands whose file is unusable.
 std::string place_of(fs::path const& origin, std::string_view key)
@@ -259,6 +263,37 @@ result<> check_files(Configured<SimulationConfig>& configured, fs::path const& o
     if (has_templates)
         warn_of_missing_system_calls(configured, origin);
     return has_templates;
+}
+
+result<> move_ports(SessionConfig& config, int distance)
+{
+    return core::move_ports(config, distance);
+}
+
+result<> move_ports(SimulationConfig& config, int distance)
+{
+    return core::move_ports(config, distance);
+}
+
+result<std::string> read_config_file(fs::path const& path)
+{
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored))
+        return Failure(errc::invalid_config,
+                       path.string() + ": expected a configuration file, found a folder");
+    auto text = read_regular_file(path, max_config_size);
+    if (!text) {
+        auto const target = fs::read_symlink(path, ignored);
+        auto const advice =
+            target.empty()
+                ? std::string()
+                : concat(". It is a link to ", target.string(),
+                         ": if it has become one while the server runs, restart that, since it opens "
+                         "only what was there at its start");
+        return Failure(errc::invalid_config, concat(path.string(), ": the configuration can't be read: ",
+                                                    text.error().message(), advice));
+    }
+    return text;
 }
 
 } // namespace webots_cloud::app

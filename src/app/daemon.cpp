@@ -132,16 +132,4 @@ std::filesystem::path program_folder()
     return failed ? std::filesystem::current_path() : program.parent_path();
 }
 
-std::vector<std::pair<std::string, std::string>> current_environment()
-{
-    std::vector<std::pair<std::string, std::string>> variables;
-    for (char** entry = environ; entry && *entry; ++entry) {
-        std::string const variable = *entry;
-        auto const equals = variable.find('=');
-        if (equals != std::string::npos)
-            variables.emplace_back(variable.substr(0, equals), variable.substr(equals + 1));
-    }
-    return variables;
-}
-
 } // namespace webots_cloud::app

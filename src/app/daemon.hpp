@@ -201,7 +201,4 @@ int run_daemon(std::string const& name,
 /// The folder of the running program, for what is installed beside it.
 std::filesystem::path program_folder();
 
-/// Our own environment.
-std::vector<std::pair<std::string, std::string>> current_environment();
-
 } // namespace webots_cloud::app

@@ -6,7 +6,6 @@
 #include "core/simulation/simulator_environment.hpp"
 #include "core/slurm/job_command.hpp"
 #include "core/text.hpp"
-#include "daemon.hpp"
 #include "environment.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
