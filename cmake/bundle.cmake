@@ -4,11 +4,11 @@
 # RESULT becomes a list of name=path, as webots_cloud_embed takes them, for the ENTRIES. A browser far away then asks once and not, import
 # by import, for thirty files. esbuild does it, of the npm registry, which install_node_packages (cmake/packages/install.sh) puts into
 # build/node. SHOWN: under which other names the servers show files. Without it or node the list is empty: pages work as they are, and load more slowly.
-find_file(WEBOTS_CLOUD_ESBUILD esbuild NO_DEFAULT_PATH
-    PATHS ${PROJECT_SOURCE_DIR}/build/node/src/web/view/node_modules/esbuild/bin DOC "Program of the npm package esbuild")
 if(WEBOTS_CLOUD_ESBUILD AND NOT EXISTS ${WEBOTS_CLOUD_ESBUILD}) # it was there once
     unset(WEBOTS_CLOUD_ESBUILD CACHE)
 endif()
+find_file(WEBOTS_CLOUD_ESBUILD esbuild NO_DEFAULT_PATH
+    PATHS ${PROJECT_SOURCE_DIR}/build/node/src/web/view/node_modules/esbuild/bin DOC "Program of the npm package esbuild")
 find_program(WEBOTS_CLOUD_NODE NAMES node nodejs DOC "Program that runs esbuild")
 mark_as_advanced(WEBOTS_CLOUD_ESBUILD WEBOTS_CLOUD_NODE)
 cmake_path(GET WEBOTS_CLOUD_ESBUILD PARENT_PATH node_packages)

@@ -136,7 +136,7 @@ set(CPACK_DEBIAN_DEMO_PACKAGE_SUGGESTS "g++, make") # the same in C and C++
 set(boost ${Boost_VERSION_MAJOR}.${Boost_VERSION_MINOR})
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libarchive-dev, libboost${boost}-dev, libboost-json${boost}-dev, \
-libboost-program-options${boost}-dev, libboost-url${boost}-dev, libc-ares-dev, libcurl4-openssl-dev, libgit2-dev, libspdlog-dev, libssl-dev, \
+libboost-url${boost}-dev, libc-ares-dev, libcurl4-openssl-dev, libgit2-dev, libspdlog-dev, libssl-dev, \
 pkg-config, zlib1g-dev")
 if(BUILD_SHARED_LIBS)
     string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", ${shared_package} (= ${debian_version})")

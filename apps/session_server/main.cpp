@@ -1,11 +1,13 @@
 // webots-session-server: knows the simulation machines and sends each browser to one of them.
 
-#include <webots_cloud/daemon.hpp>
+#include "app/daemon.hpp"
+
 #include <webots_cloud/servers.hpp>
 
 int main(int argc, char** argv)
 {
     using namespace webots_cloud;
+    using namespace webots_cloud::app;
     auto const program = session_server_program();
     auto const [arguments, usage] = parse_arguments(argc, argv, program);
     if (!arguments)

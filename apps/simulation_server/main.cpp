@@ -1,11 +1,13 @@
 // webots-simulation-server: fetches projects and runs one simulator per browser on this machine.
 
-#include <webots_cloud/daemon.hpp>
+#include "app/daemon.hpp"
+
 #include <webots_cloud/servers.hpp>
 
 int main(int argc, char** argv)
 {
     using namespace webots_cloud;
+    using namespace webots_cloud::app;
     auto const program = simulation_server_program();
     auto const [arguments, usage] = parse_arguments(argc, argv, program);
     if (!arguments)

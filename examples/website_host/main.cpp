@@ -6,13 +6,20 @@
 #include "website.hpp"
 
 #include <webots_cloud/adapters.hpp>
-#include <webots_cloud/daemon.hpp>
 
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
 #include <boost/asio/thread_pool.hpp>
 
 #include <fcntl.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <optional>
@@ -29,6 +36,9 @@ namespace {
 constexpr auto name = "webots-website-host";
 constexpr auto default_configuration = "config/website_host/local.json";
 constexpr std::size_t max_key_file = 4096;
+constexpr int exit_ok = 0;
+constexpr int exit_failed = 1;
+constexpr int exit_usage = 2;
 
 constexpr auto help = "Usage: webots-website-host [OPTION...] [CONFIGURATION]\n"
                       "\n"
@@ -45,10 +55,18 @@ constexpr auto help = "Usage: webots-website-host [OPTION...] [CONFIGURATION]\n"
                       "                       where that is on this machine\n"
                       "  --help               show this text\n";
 
+/// Without what would steer a terminal, whatever files and arguments are called.
+std::string terminal_text(std::string sentence)
+{
+    std::replace_if(
+        sentence.begin(), sentence.end(), [](unsigned char byte) { return byte < ' ' || byte == 0x7f; }, '?');
+    return sentence;
+}
+
 int complain(std::string const& sentence)
 {
-    std::cerr << name << ": " << webots_cloud::terminal_text(sentence) << std::endl;
-    return webots_cloud::exit_usage;
+    std::cerr << name << ": " << terminal_text(sentence) << std::endl;
+    return exit_usage;
 }
 
 Failure file_failure(fs::path const& path, std::string const& why)
@@ -92,6 +110,35 @@ asio::awaitable<result<>> serve(asio::any_io_executor executor, webots_cloud::Ht
     co_return ended;
 }
 
+/// Returns: the exit status.
+int serve_until_signal(webots_cloud::HttpServerParams const& params, Website& website,
+                       webots_cloud::Logger const& log)
+{
+    ::prctl(PR_SET_DUMPABLE, 0);   // simulations of the same user must not trace it
+    std::signal(SIGPIPE, SIG_IGN); // a browser that leaves
+    asio::io_context context(1);
+    asio::cancellation_signal stop;
+    asio::signal_set signals(context, SIGINT, SIGTERM);
+    signals.async_wait([&](boost::system::error_code cancelled, int) {
+        if (!cancelled)
+            stop.emit(asio::cancellation_type::terminal);
+    });
+    int status = exit_failed;
+    auto const ended = [&](std::exception_ptr failure, result<> const& outcome) {
+        signals.cancel();
+        if (failure)
+            std::rethrow_exception(failure);
+        if (outcome || outcome.error().code() == asio::error::operation_aborted)
+            status = exit_ok;
+        else
+            complain(outcome.error().message());
+    };
+    asio::co_spawn(context, serve(context.get_executor(), params, website, log),
+                   asio::bind_cancellation_slot(stop.slot(), ended));
+    context.run();
+    return status;
+}
+
 int run(Configuration configuration, Page page, std::string key)
 {
     std::error_code failed;
@@ -109,8 +156,7 @@ int run(Configuration configuration, Page page, std::string key)
     params.port = configuration.port;
     asio::thread_pool disk(1);
     Website website(std::move(configuration), std::move(page), std::move(key), disk, *log);
-    auto const body = [&](asio::any_io_executor executor) { return serve(executor, params, website, *log); };
-    int const status = webots_cloud::run_daemon(name, body, *log);
+    int const status = serve_until_signal(params, website, *log);
     disk.join();
     return status;
 }
@@ -127,7 +173,7 @@ int main(int argc, char** argv)
         std::string_view const argument = argv[i];
         if (argument == "--help" || argument == "-h") {
             std::cout << help;
-            return webots_cloud::exit_ok;
+            return exit_ok;
         }
         if (argument == "--check-config")
             only_check = true;
@@ -147,9 +193,8 @@ int main(int argc, char** argv)
     if (!page)
         return complain(page.error().message());
     if (only_check) {
-        std::cout << webots_cloud::terminal_text(file.value_or(default_configuration).string()) << ": good"
-                  << std::endl;
-        return webots_cloud::exit_ok;
+        std::cout << terminal_text(file.value_or(default_configuration).string()) << ": good" << std::endl;
+        return exit_ok;
     }
     auto key = read_or_make_key(configuration->key_file);
     if (!key)

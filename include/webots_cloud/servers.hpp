@@ -1,5 +1,6 @@
 // The two servers, assembled: every part made from a configuration, connected, and run. What the programs are
-// made of.
+// made of. What concerns a whole process is left to the program: which signals end it, that SIGPIPE does not,
+// and, where simulations run as its user, that they can't trace it. examples/05_embed_both.cpp does all that.
 #pragma once
 
 #include <webots_cloud/config.hpp>

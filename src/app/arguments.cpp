@@ -1,14 +1,12 @@
 // Reads command lines. Options and their texts are rows in options.cpp, from which the manual pages and
 // completions are made, too; here they are obeyed.
 #include "core/config/key_documents.hpp"
-#include "core/config/moved_ports.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
+#include "daemon.hpp"
 #include "options.hpp"
 
-#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/logs.hpp>
-#include <webots_cloud/daemon.hpp>
 #include <webots_cloud/version.hpp>
 
 #include <boost/program_options/options_description.hpp>
@@ -22,7 +20,7 @@
 
 #include <unistd.h>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 
 namespace fs = std::filesystem;
 namespace options = boost::program_options;
@@ -30,8 +28,6 @@ namespace options = boost::program_options;
 namespace {
 
 using core::concat;
-
-constexpr std::size_t max_config_size = 1 << 20; // it is read again while the server runs
 
 /// Where what is installed in `prefix` has its configuration: what is in /usr and /usr/local has it in /etc.
 fs::path etc_of(fs::path prefix)
@@ -61,7 +57,7 @@ fs::path find_default(Program const& program)
 }
 
 /// In two columns.
-std::string table(std::vector<app::Meaning> const& meanings)
+std::string table(std::vector<Meaning> const& meanings)
 {
     constexpr std::size_t gap = 2;
     std::size_t width = 0;
@@ -100,7 +96,7 @@ int print_key(Program const& program, std::string_view name)
 options::options_description described(Program const& program)
 {
     options::options_description shown("Options");
-    for (auto const& option : app::options_of(program)) {
+    for (auto const& option : options_of(program)) {
         auto const name = option.letter ? option.name + "," + option.letter : option.name;
         if (option.value.empty())
             shown.add_options()(name.c_str(), option.summary.c_str());
@@ -127,8 +123,8 @@ std::optional<int> print_asked(Program const& program, options::variables_map co
                   << ".json. It stays in the foreground. Its log is in\nlog/" << program.kind
                   << " unless \"logDir\" or \"debug\" say otherwise.\n\n"
                   << shown << "\nSignals:\n"
-                  << table(app::signals_of(program)) << "\nExit statuses:\n"
-                  << table(app::exit_statuses());
+                  << table(signals_of(program)) << "\nExit statuses:\n"
+                  << table(exit_statuses());
     else if (given.count("version"))
         std::cout << program.name << " " << version() << "\n";
     else
@@ -239,41 +235,24 @@ void print_failure(Program const& program, Failure const& failure)
         std::cerr << program.name << ": " << terminal_text(line) << std::endl;
 }
 
+void print_remarks(Program const& program, Arguments const& arguments,
+                   std::vector<std::string> const& warnings, std::vector<std::string> const& notes,
+                   bool is_usable)
+{
+    if (!arguments.command) // the running server has told them
+        for (auto const& warning : warnings)
+            std::cerr << program.name << ": warning: " << terminal_text(warning) << std::endl;
+    if (!is_usable || !arguments.check_config)
+        return;
+    std::cout << terminal_text(arguments.config.string()) << ": good" << std::endl;
+    for (auto const& note : notes)
+        std::cout << terminal_text(note) << std::endl;
+}
+
 std::string terminal_text(std::string_view sentence)
 {
     constexpr std::size_t max_sentence_length = 8192;
     return core::printable(sentence, max_sentence_length);
 }
 
-result<> move_ports(SessionConfig& config, int distance)
-{
-    return core::move_ports(config, distance);
-}
-
-result<> move_ports(SimulationConfig& config, int distance)
-{
-    return core::move_ports(config, distance);
-}
-
-result<std::string> read_config_file(fs::path const& path)
-{
-    std::error_code ignored;
-    if (fs::is_directory(path, ignored))
-        return Failure(errc::invalid_config,
-                       path.string() + ": expected a configuration file, found a folder");
-    auto text = read_regular_file(path, max_config_size);
-    if (!text) {
-        auto const target = fs::read_symlink(path, ignored);
-        auto const advice =
-            target.empty()
-                ? std::string()
-                : concat(". It is a link to ", target.string(),
-                         ": if it has become one while the server runs, restart that, since it opens "
-                         "only what was there at its start");
-        return Failure(errc::invalid_config, concat(path.string(), ": the configuration can't be read: ",
-                                                    text.error().message(), advice));
-    }
-    return text;
-}
-
-} // namespace webots_cloud
+} // namespace webots_cloud::app

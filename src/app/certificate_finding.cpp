@@ -1,10 +1,10 @@
 #include "certificate_finding.hpp"
 
+#include "adapters/tls/certificate_facts.hpp"
 #include "core/doctor/named_hosts.hpp"
 #include "core/doctor/network_findings.hpp"
 
 #include <webots_cloud/adapters/http_server.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <chrono>
 #include <string>
@@ -15,7 +15,7 @@ CertificateFinding find_certificate_faults(NetworkConfig const& network, PublicA
 {
     auto const host = address.host == "*" ? std::string() : std::string(core::host_in(address.host));
     auto const pair = check_certificate(network.ssl_certificate, network.ssl_key);
-    auto const facts = read_certificate(network.ssl_certificate, host);
+    auto const facts = adapters::read_certificate(network.ssl_certificate, host);
     CertificateFinding found;
     found.finding = core::judge_certificate(pair, facts, host, std::chrono::system_clock::now());
     found.is_usable = pair.has_value();

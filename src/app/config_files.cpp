@@ -1,27 +1,32 @@
 // Files and folders that a configuration names, looked at before the server starts: what it can't do without
 // is an error, what it can is a warning. The configuration itself has been read by then (core/config).
+#include "adapters/host/accounts.hpp"
+#include "adapters/operator/secret_file.hpp"
 #include "certificate_finding.hpp"
+#include "core/config/moved_ports.hpp"
 #include "core/config/positioned_json.hpp"
 #include "core/docker/container_walls.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/simulation/simulator_choice.hpp"
 #include "core/text.hpp"
+#include "daemon.hpp"
 #include "environment.hpp"
 
-#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/http_client.hpp>
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/adapters/operator.hpp>
 #include <webots_cloud/adapters/secrets.hpp>
-#include <webots_cloud/daemon.hpp>
 
 #include <filesystem>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 namespace {
 
 namespace fs = std::filesystem;
 using core::concat;
+
+constexpr std::size_t max_config_size = 1 << 20; // it is read again while the server runs
 
 /// `config.json:3:7: key "sslKey"`: where a key stands whose file is unusable.
 std::string place_of(fs::path const& origin, std::string_view key)
@@ -42,7 +47,7 @@ result<> check_network(Configured<Config>& configured, fs::path const& origin)
     auto const& network = configured.config.network;
     if (network.ssl_certificate.empty())
         return {};
-    auto const found = app::find_certificate_faults(network, configured.config.address);
+    auto const found = find_certificate_faults(network, configured.config.address);
     auto const& finding = found.finding;
     if (found.is_usable && finding.verdict == core::Verdict::ok)
         return {};
@@ -106,9 +111,8 @@ result<> check_webots(SimulationConfig const& config, fs::path const& origin)
 {
     if (config.docker)
         return {};
-    auto const checked =
-        core::check_webots_home(app::absolute_path(config.webots_home),
-                                app::absolute_path(app::environment("WEBOTS_HOME")), app::is_program);
+    auto const checked = core::check_webots_home(absolute_path(config.webots_home),
+                                                 absolute_path(environment("WEBOTS_HOME")), is_program);
     return checked ? checked : result<>(checked.error().within(origin.string()));
 }
 
@@ -151,7 +155,7 @@ result<> check_sandbox(Configured<SimulationConfig> const& configured, fs::path 
 {
     auto const& name = configured.config.sandbox;
     std::string_view const program = name == "firejail" ? "firejail" : name == "bubblewrap" ? "bwrap" : "";
-    if (program.empty() || configured.config.docker || !app::find_program(program).empty())
+    if (program.empty() || configured.config.docker || !find_program(program).empty())
         return {};
     return Failure(errc::invalid_config,
                    concat(place_of(origin, "sandbox"), ": ", name,
@@ -164,7 +168,8 @@ result<> check_user(Configured<SimulationConfig> const& configured, fs::path con
 {
     auto const& name = configured.config.simulation_user;
     bool const is_elsewhere = configured.config.docker || configured.config.slurm;
-    if (is_elsewhere || name == "auto" || name == "none" || name == "subordinate" || find_account(name))
+    if (is_elsewhere || name == "auto" || name == "none" || name == "subordinate" ||
+        adapters::find_account(name))
         return {};
     return Failure(errc::invalid_config,
                    concat(place_of(origin, "simulationUser"), ": this machine has no user \"", name,
@@ -238,7 +243,7 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
                 concat(place_of(origin, "teacherPasswordFile"), ": there is no file ",
                        fs::absolute(file, ignored).string(),
                        ": nobody can open a class until a password is in it and the server gets SIGHUP"));
-        else if (auto const password = read_password(file); !password)
+        else if (auto const password = adapters::read_password(file); !password)
             return told_by(origin, "teacherPasswordFile", password.error());
     }
     return check_access(configured, origin);
@@ -260,4 +265,35 @@ result<> check_files(Configured<SimulationConfig>& configured, fs::path const& o
     return has_templates;
 }
 
-} // namespace webots_cloud
+result<> move_ports(SessionConfig& config, int distance)
+{
+    return core::move_ports(config, distance);
+}
+
+result<> move_ports(SimulationConfig& config, int distance)
+{
+    return core::move_ports(config, distance);
+}
+
+result<std::string> read_config_file(fs::path const& path)
+{
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored))
+        return Failure(errc::invalid_config,
+                       path.string() + ": expected a configuration file, found a folder");
+    auto text = read_regular_file(path, max_config_size);
+    if (!text) {
+        auto const target = fs::read_symlink(path, ignored);
+        auto const advice =
+            target.empty()
+                ? std::string()
+                : concat(". It is a link to ", target.string(),
+                         ": if it has become one while the server runs, restart that, since it opens "
+                         "only what was there at its start");
+        return Failure(errc::invalid_config, concat(path.string(), ": the configuration can't be read: ",
+                                                    text.error().message(), advice));
+    }
+    return text;
+}
+
+} // namespace webots_cloud::app

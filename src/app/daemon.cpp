@@ -1,11 +1,11 @@
 // What every program of ours does around its work: it raises the limit of descriptors, finds out whether it
 // may have what it needs and whether its event loop can hear signals, runs until one arrives or the work
 // ends, and says why it ends.
+#include "daemon.hpp"
+#include "adapters/host/epoll_watches.hpp"
+#include "adapters/threads/low_latency_scheduling.hpp"
 #include "async/first_of.hpp"
 #include "own_limits.hpp"
-
-#include <webots_cloud/daemon.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -20,7 +20,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 namespace {
 
 namespace asio = boost::asio;
@@ -99,16 +99,16 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
 {
     ::prctl(PR_SET_DUMPABLE,
             0); // simulations run as our user: they must not trace us, or read our memory and descriptors
-    use_low_latency_scheduling();
+    adapters::use_low_latency_scheduling();
     raise_descriptor_limit();
     std::signal(SIGCHLD, SIG_DFL); // our parent may have ignored it, and then no program could be waited for
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGHUP,
                 SIG_IGN); // until the body handles them: neither may end a server that is starting
     std::signal(SIGUSR1, SIG_IGN);
-    if (auto const enough = app::check_limits(app::own_limits()); !enough)
+    if (auto const enough = check_limits(own_limits()); !enough)
         return report_failure(name, enough.error());
-    if (auto const found = find_watches(); !found)
+    if (auto const found = adapters::find_watches(); !found)
         return report_failure(name, found.error());
     // Only one thread runs it and uses its sockets, so those need no locks; other threads may still post.
     asio::io_context context(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO);
@@ -132,16 +132,4 @@ std::filesystem::path program_folder()
     return failed ? std::filesystem::current_path() : program.parent_path();
 }
 
-std::vector<std::pair<std::string, std::string>> current_environment()
-{
-    std::vector<std::pair<std::string, std::string>> variables;
-    for (char** entry = environ; entry && *entry; ++entry) {
-        std::string const variable = *entry;
-        auto const equals = variable.find('=');
-        if (equals != std::string::npos)
-            variables.emplace_back(variable.substr(0, equals), variable.substr(equals + 1));
-    }
-    return variables;
-}
-
-} // namespace webots_cloud
+} // namespace webots_cloud::app

@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace webots_cloud::app {
 
@@ -17,6 +19,19 @@ inline std::string environment(char const* name)
 {
     char const* const value = std::getenv(name);
     return value ? value : "";
+}
+
+/// All variables.
+inline std::vector<std::pair<std::string, std::string>> current_environment()
+{
+    std::vector<std::pair<std::string, std::string>> variables;
+    for (char** entry = environ; entry && *entry; ++entry) {
+        std::string const variable = *entry;
+        auto const equals = variable.find('=');
+        if (equals != std::string::npos)
+            variables.emplace_back(variable.substr(0, equals), variable.substr(equals + 1));
+    }
+    return variables;
 }
 
 /// The folder for temporary files; `/tmp` where `TMPDIR` names none.

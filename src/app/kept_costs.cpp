@@ -8,7 +8,7 @@ namespace webots_cloud::app {
 
 namespace asio = boost::asio;
 
-void load_costs(Scheduler& scheduler, KeptFile const& file, Clock const& clock, Logger const& log)
+void load_costs(Scheduler& scheduler, adapters::KeptFile const& file, Clock const& clock, Logger const& log)
 {
     auto const text = file.read();
     if (!text && text.error() == errc::not_found)
@@ -19,7 +19,7 @@ void load_costs(Scheduler& scheduler, KeptFile const& file, Clock const& clock, 
         log.warning(core::concat("What worlds cost is learned anew: ", loaded.error().message()));
 }
 
-asio::awaitable<result<>> keep_costs(Scheduler& scheduler, KeptFile& file, Clock& clock, Logger log)
+asio::awaitable<result<>> keep_costs(Scheduler& scheduler, adapters::KeptFile& file, Clock& clock, Logger log)
 {
     constexpr auto interval = std::chrono::minutes(10);
     co_await asio::this_coro::throw_if_cancelled(false);

@@ -10,9 +10,7 @@
 #include "environment.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
-#include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/secrets.hpp>
-#include <webots_cloud/daemon.hpp>
 
 #include <unistd.h>
 
@@ -81,7 +79,7 @@ SlurmModeParams slurm_params(SimulationConfig const& config, fs::path guard)
 }
 
 /// Where the sockets are by which simulations with a network of their own are reached. Empty: nowhere.
-fs::path broker_folder(SimulationConfig const& config, InstanceRoot const& root, Logger const& log)
+fs::path broker_folder(SimulationConfig const& config, adapters::InstanceRoot const& root, Logger const& log)
 {
     constexpr std::size_t longest = 100; // names of sockets have 107 bytes, and ports five digits
     if (config.slurm)                    // jobs are on other machines

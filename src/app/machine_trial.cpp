@@ -2,6 +2,7 @@
 // they were found out, and findings, one for each part, which core/doctor judges.
 #include "machine_trial.hpp"
 
+#include "adapters/process/guard_probe.hpp"
 #include "core/doctor/simulation_findings.hpp"
 #include "core/sandbox/limits.hpp"
 #include "core/simulation/isolation.hpp"
@@ -93,7 +94,7 @@ asio::awaitable<void> try_isolation(TrialContext const& context, Clock& clock, M
 {
     constexpr std::string_view subject = "processes";
     constexpr std::string_view key = "the kernel's settings";
-    auto const answer = co_await probe_guard(context.guard, context.read_only, clock);
+    auto const answer = co_await adapters::probe_guard(context.guard, context.read_only, clock);
     auto const parsed = answer ? core::parse_isolation(*answer) : result<core::Isolation>(answer.error());
     core::Isolation isolation;
     if (parsed)

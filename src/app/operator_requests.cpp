@@ -3,20 +3,16 @@
 #include "core/text.hpp"
 #include "environment.hpp"
 
-#include <webots_cloud/daemon.hpp>
-
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstdlib>
-#include <iostream>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 namespace {
 
 namespace fs = std::filesystem;
-using app::environment;
 using core::concat;
 
 /// As RuntimeDirectory of the units in config/systemd; the second of those of releases before 1.0.
@@ -36,7 +32,7 @@ fs::path folder_of_user()
     auto const runtime = fs::path(environment("XDG_RUNTIME_DIR"));
     if (runtime.is_absolute())
         return runtime / "webots_cloud";
-    return app::temporary_folder() / concat("webots-", std::to_string(::getuid()));
+    return temporary_folder() / concat("webots-", std::to_string(::getuid()));
 }
 
 bool has_socket(fs::path const& path)
@@ -46,8 +42,6 @@ bool has_socket(fs::path const& path)
 }
 
 } // namespace
-
-namespace app {
 
 fs::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig const& access)
 {
@@ -101,27 +95,4 @@ result<OperatorTokenCheck> operator_token_check(AccessConfig const& access)
     return make_operator_token_check(access.operator_token_file);
 }
 
-} // namespace app
-
-int ask_running_server(Program const& program, Arguments const& arguments, std::uint16_t port,
-                       AccessConfig const& access)
-{
-    auto const& command = *arguments.command;
-    auto const path = app::find_operator_socket(program.kind, port, access);
-    auto const answer = ask_operator_socket(path, command.method, command.target);
-    if (answer) {
-        std::cout << (command.table && !arguments.json ? command.table(*answer) : *answer) << std::endl;
-        return exit_ok;
-    }
-    if (answer.error() == errc::unavailable) {
-        std::cerr << terminal_text(concat(program.name, ": ", answer.error().message())) << std::endl;
-        return exit_try_again;
-    }
-    std::cerr << terminal_text(
-                     concat(program.name, ": no answer at ", path.string(), ": ", answer.error().message(),
-                            ". Does a server with this configuration run on this machine, as this user?"))
-              << std::endl;
-    return exit_failed;
-}
-
-} // namespace webots_cloud
+} // namespace webots_cloud::app

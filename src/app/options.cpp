@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 
 Program session_server_program()
 {
@@ -44,7 +44,6 @@ Program simulation_server_program()
     return program;
 }
 
-namespace app {
 namespace {
 
 ProgramOption option(std::string name, std::string summary, std::string value = {})
@@ -114,5 +113,4 @@ std::vector<Meaning> exit_statuses()
     };
 }
 
-} // namespace app
-} // namespace webots_cloud
+} // namespace webots_cloud::app

@@ -2,7 +2,7 @@
 // completions.
 #pragma once
 
-#include <webots_cloud/daemon.hpp>
+#include "daemon.hpp"
 
 #include <string>
 #include <string_view>

@@ -1,16 +1,16 @@
 #include "own_confinement.hpp"
 
 #include "core/config/session_files.hpp"
+#include "daemon.hpp"
 #include "environment.hpp"
 #include "operator_requests.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
-#include <webots_cloud/daemon.hpp>
 
 #include <initializer_list>
 #include <sys/stat.h>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 namespace {
 
 namespace fs = std::filesystem;
@@ -28,8 +28,8 @@ void add_targets(std::vector<fs::path>& files, fs::path const& file)
 void add_authorities(std::vector<fs::path>& files)
 {
     for (auto const* name : {"SSL_CERT_FILE", "SSL_CERT_DIR", "CURL_CA_BUNDLE"})
-        if (auto const value = app::environment(name); !value.empty())
-            files.push_back(app::absolute_path(value));
+        if (auto const value = environment(name); !value.empty())
+            files.push_back(absolute_path(value));
 }
 
 constexpr std::size_t max_links = 1000;
@@ -62,7 +62,7 @@ fs::path nearest(fs::path folder)
 void make_absolute(std::initializer_list<fs::path*> paths)
 {
     for (auto* const path : paths)
-        *path = app::absolute_path(*path);
+        *path = absolute_path(*path);
 }
 
 void make_absolute(NetworkConfig& network, AccessConfig& access)
@@ -86,8 +86,8 @@ result<> confine_session_server(SessionConfig config, fs::path const& config_fil
 {
     make_absolute({&config.log_dir, &config.ca_file, &config.service.teacher_password_file});
     make_absolute(config.network, config.access);
-    auto const file = app::absolute_path(config_file);
-    auto const socket = app::operator_socket("session", config.address.port, config.access);
+    auto const file = absolute_path(config_file);
+    auto const socket = operator_socket("session", config.address.port, config.access);
     auto files = core::session_server_files(config, file, socket);
     add_targets(files.read, file, config.network, config.access);
     add_targets(files.read, config.ca_file);
@@ -98,8 +98,6 @@ result<> confine_session_server(SessionConfig config, fs::path const& config_fil
     (void)!::mkdir(socket.parent_path().c_str(), 0700); // as the socket itself would make it
     return confine_to_files(files);
 }
-
-namespace app {
 
 result<> confine_simulation_server(SimulationConfig config, core::SimulationFilesContext context)
 {
@@ -127,5 +125,4 @@ result<> confine_simulation_server(SimulationConfig config, core::SimulationFile
     return confine_to_files(files);
 }
 
-} // namespace app
-} // namespace webots_cloud
+} // namespace webots_cloud::app

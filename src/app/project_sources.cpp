@@ -1,5 +1,6 @@
 #include "project_sources.hpp"
 
+#include "adapters/projects/subordinate_source.hpp"
 #include "simulation_folders.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
@@ -26,7 +27,7 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
     if (machine.trial.sandbox.params.user.user_namespace >= 0)
         users_ = machine.trial.user.subordinate;
     if (users_)
-        users_files_ = for_subordinate_users(*files_, users_, instances_);
+        users_files_ = adapters::for_subordinate_users(*files_, users_, instances_);
     std::vector<Forge> forges;
     for (auto const& forge : config.forges) {
         ProjectSource* source = nullptr;
@@ -59,7 +60,7 @@ ProjectSource& ProjectSources::for_users(ProjectSource& source)
 {
     if (!users_)
         return source;
-    owned_.push_back(for_subordinate_users(source, users_, instances_));
+    owned_.push_back(adapters::for_subordinate_users(source, users_, instances_));
     return *owned_.back();
 }
 

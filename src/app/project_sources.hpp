@@ -1,12 +1,12 @@
 // Where a simulation server gets projects from: its forges, and the pages of websites.
 #pragma once
 
+#include "adapters/process/subordinate_users.hpp"
 #include "simulation_machine.hpp"
 
 #include <webots_cloud/adapters/projects.hpp>
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/project_fetcher.hpp>
-#include <webots_cloud/subordinate_users.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/text_files.hpp>
 
@@ -32,7 +32,7 @@ public:
     ProjectFetcher& fetcher() noexcept { return *fetcher_; }
 
     /// The users that simulations run as, if they have numbers of a user namespace; null: they don't.
-    std::shared_ptr<SubordinateUsers> const& users() const noexcept { return users_; }
+    std::shared_ptr<adapters::SubordinateUsers> const& users() const noexcept { return users_; }
 
     /// For what visitors write into projects.
     TextFiles& program_files() noexcept { return users_files_ ? *users_files_ : *files_; }
@@ -42,7 +42,7 @@ private:
     ProjectSource& git(boost::asio::any_io_executor const& executor, SimulationConfig const& config,
                        SimulationMachine const& machine, Logger const& log);
 
-    std::shared_ptr<SubordinateUsers> users_;
+    std::shared_ptr<adapters::SubordinateUsers> users_;
     std::filesystem::path instances_;
     std::shared_ptr<FetchBudget> budget_;
     std::unique_ptr<ProjectSource> git_; ///< All git servers share it and its cache.

@@ -1,5 +1,7 @@
 // Composition of the session server: makes the parts from the configuration, connects them and runs them
 // until one ends. At SIGHUP each part that has an `apply` gets its share of the configuration anew.
+#include "adapters/logs/kept_file.hpp"
+#include "adapters/operator/secret_file.hpp"
 #include "async/first_of.hpp"
 #include "challenges.hpp"
 #include "controllers.hpp"
@@ -115,7 +117,7 @@ result<SessionServiceParams> session_service_params(SessionConfig const& config)
     params.config = config.service;
     std::error_code ignored;
     if (auto const& file = config.service.teacher_password_file; std::filesystem::exists(file, ignored)) {
-        auto password = read_password(file);
+        auto password = adapters::read_password(file);
         if (!password)
             return password.error();
         params.config.teacher_password = std::move(*password);
@@ -277,7 +279,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!made_scheduler)
         co_return made_scheduler.error();
     auto& scheduler = *made_scheduler;
-    auto const costs = make_kept_file(config.log_dir / "session" / "world_costs.txt", app::max_kept_costs);
+    auto const costs =
+        adapters::make_kept_file(config.log_dir / "session" / "world_costs.txt", app::max_kept_costs);
     app::load_costs(scheduler, *costs, *clock, log);
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)

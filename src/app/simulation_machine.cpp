@@ -2,13 +2,13 @@
 // folders, the simulator, who runs it in which sandbox (machine_trial), processes.
 #include "simulation_machine.hpp"
 
+#include "adapters/files/own_folder.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/sandbox/limits.hpp"
 #include "core/text.hpp"
 #include "environment.hpp"
 #include "simulation_folders.hpp"
 
-#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/processes.hpp>
 
@@ -24,14 +24,14 @@ namespace fs = std::filesystem;
 using core::concat;
 
 /// On a disk that is full no project could be copied, nor a sandbox be made.
-result<InstanceRoot> open_instances(core::StateFolder const& folder, std::string const& name)
+result<adapters::InstanceRoot> open_instances(core::StateFolder const& folder, std::string const& name)
 {
-    auto root = InstanceRoot::open(folder.path, name,
-                                   folder.may_be_link ? InstanceRoot::State::may_be_link
-                                                      : InstanceRoot::State::no_link);
+    auto root = adapters::InstanceRoot::open(folder.path, name,
+                                             folder.may_be_link ? adapters::InstanceRoot::State::may_be_link
+                                                                : adapters::InstanceRoot::State::no_link);
     if (!root)
         return root;
-    if (auto const usable = make_own_folder(root->path().parent_path()); !usable)
+    if (auto const usable = adapters::make_own_folder(root->path().parent_path()); !usable)
         return Failure(usable.error().code(),
                        concat(usable.error().message(),
                               ". Make room there, or set \"stateDir\" to a folder on another disk"));
@@ -44,7 +44,7 @@ bool is_in_use(Failure const& failure)
 }
 
 /// The folder for the projects of running simulations, in the first state folder that works.
-result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const& log)
+result<adapters::InstanceRoot> open_instances(SimulationConfig const& config, Logger const& log)
 {
     auto const name = std::to_string(config.address.port);
     auto const folders = state_folders(config);
@@ -63,11 +63,11 @@ result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const
 }
 
 /// In the folder of the user, or beside the working files.
-fs::path choose_cache(SimulationConfig const& config, InstanceRoot const& root, Logger const& log)
+fs::path choose_cache(SimulationConfig const& config, adapters::InstanceRoot const& root, Logger const& log)
 {
     auto const state = root.path().parent_path().parent_path();
     auto folder = cache_folder(config, state);
-    auto const usable = make_own_folder(folder);
+    auto const usable = adapters::make_own_folder(folder);
     if (usable) {
         for (auto const& notice : *usable)
             log.warning(notice);

@@ -3,11 +3,11 @@
 // outside; what does, is made afterwards, when the server has confined itself.
 #pragma once
 
+#include "adapters/projects/instance_root.hpp"
 #include "core/simulation/simulator_choice.hpp"
 #include "machine_trial.hpp"
 
 #include <webots_cloud/config.hpp>
-#include <webots_cloud/instance_root.hpp>
 #include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
@@ -26,14 +26,14 @@ namespace webots_cloud::app {
 
 struct SimulationMachine
 {
-    SimulationMachine(core::SimulatorChoice simulator, InstanceRoot root)
+    SimulationMachine(core::SimulatorChoice simulator, adapters::InstanceRoot root)
         : simulator(std::move(simulator)), root(std::move(root))
     {}
 
     std::filesystem::path const& instances() const { return root.path(); }
 
     core::SimulatorChoice simulator;
-    InstanceRoot root;
+    adapters::InstanceRoot root;
     std::filesystem::path cache; ///< What was fetched; ours alone.
     std::filesystem::path guard; ///< `webots-process-guard`, absolute.
     std::unique_ptr<HostMetrics> metrics;

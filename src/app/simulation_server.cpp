@@ -1,6 +1,7 @@
 // Composition of the simulation server, in the order of its life: what needs all rights is made first
 // (simulation_machine), then the server confines itself, and what handles projects and requests is made,
 // connected and run until one part ends. Functions above `serve_simulations` make single parts.
+#include "adapters/logs/line_file.hpp"
 #include "async/first_of.hpp"
 #include "challenges.hpp"
 #include "controllers.hpp"
@@ -163,9 +164,9 @@ result<SimulationServiceHooks> service_hooks(asio::any_io_executor const& execut
     hooks.new_address_token = make_address_token;
     hooks.refuse_ticket = std::move(*tickets);
     if (config.monitor_log)
-        hooks.monitor_log =
-            make_line_file(executor, "Monitor log file", config.log_dir / "simulation" / "monitor.csv",
-                           core::monitor_csv_header(), log);
+        hooks.monitor_log = adapters::make_line_file(executor, "Monitor log file",
+                                                     config.log_dir / "simulation" / "monitor.csv",
+                                                     core::monitor_csv_header(), log);
     return hooks;
 }
 

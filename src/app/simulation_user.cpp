@@ -4,6 +4,7 @@
 // core/sandbox/simulation_user.
 #include "simulation_user.hpp"
 
+#include "adapters/host/accounts.hpp"
 #include "core/sandbox/simulation_user.hpp"
 #include "core/sandbox/subordinate_range.hpp"
 #include "core/text.hpp"
@@ -11,7 +12,6 @@
 #include "environment.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
-#include <webots_cloud/adapters/host.hpp>
 
 #include <boost/asio/error.hpp>
 
@@ -99,7 +99,7 @@ result<SimulationUser> choose(SimulationConfig const& config, SandboxContext con
     facts.capabilities = our_capabilities();
     auto const name =
         config.simulation_user == "auto" ? std::string(core::usual_simulation_user) : config.simulation_user;
-    if (auto const account = find_account(name)) {
+    if (auto const account = adapters::find_account(name)) {
         facts.named.emplace();
         facts.named->name = name;
         facts.named->user = account->user;
@@ -132,17 +132,17 @@ fs::path pinned_users()
 }
 
 /// The users that root has made for this service, or else those that `/etc/subuid` gives us.
-asio::awaitable<result<std::shared_ptr<SubordinateUsers>>> open_subordinate_users(fs::path guard)
+asio::awaitable<result<std::shared_ptr<adapters::SubordinateUsers>>> open_subordinate_users(fs::path guard)
 {
     core::SubordinateContext context;
     context.pinned = pinned_users();
     if (!context.pinned.empty()) {
-        auto opened = open_pinned_users(guard, context.pinned);
+        auto opened = adapters::open_pinned_users(guard, context.pinned);
         if (opened || !(opened.error() == errc::not_found))
             co_return opened;
     }
     context.no_new_privs = ::prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0) == 1;
-    auto const name = find_user_name(::geteuid());
+    auto const name = adapters::find_user_name(::geteuid());
     auto const lines_of_users = read_if_there("/etc/subuid");
     auto const lines_of_groups = read_if_there("/etc/subgid");
     context.user = ::geteuid();
@@ -154,7 +154,7 @@ asio::awaitable<result<std::shared_ptr<SubordinateUsers>>> open_subordinate_user
     auto range = core::find_subordinate_range(context);
     if (!range)
         co_return range.error();
-    co_return co_await make_subordinate_users(std::move(guard), std::move(*range));
+    co_return co_await adapters::make_subordinate_users(std::move(guard), std::move(*range));
 }
 
 /// Whether simulations can run so, and can't do what this is for.
@@ -273,7 +273,8 @@ asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig cons
     co_return chosen;
 }
 
-asio::awaitable<void> remove_left_overs(InstanceRoot& root, std::shared_ptr<SubordinateUsers> subordinate,
+asio::awaitable<void> remove_left_overs(adapters::InstanceRoot& root,
+                                        std::shared_ptr<adapters::SubordinateUsers> subordinate,
                                         fs::path guard, Logger log)
 {
     if (root.left_overs().kept == 0)

@@ -1,11 +1,11 @@
 // Which user simulations run as on this machine.
 #pragma once
 
+#include "adapters/process/subordinate_users.hpp"
+#include "adapters/projects/instance_root.hpp"
 #include "sandbox.hpp"
 
-#include <webots_cloud/instance_root.hpp>
 #include <webots_cloud/simulation_user.hpp>
-#include <webots_cloud/subordinate_users.hpp>
 
 #include <memory>
 #include <string>
@@ -17,7 +17,7 @@ struct ChosenUser
     ChosenUser() = default;
 
     SimulationUser user;
-    std::shared_ptr<SubordinateUsers> subordinate; ///< Whose namespace `user` means; null: none.
+    std::shared_ptr<adapters::SubordinateUsers> subordinate; ///< Whose namespace `user` means; null: none.
     bool is_elsewhere = false; ///< Simulations are in containers or jobs, which have users of their own.
     std::string problem; ///< Why no other user can be had; empty: one has been, or nobody asked for one.
 };
@@ -35,8 +35,8 @@ boost::asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConf
 /// Removes what simulations of an earlier server have left, with the rights of the users whose it is: before
 /// the service starts. `subordinate`: null: they are tried. What can't be removed is told the operator.
 /// Lifetime: `root` must outlive the operation.
-boost::asio::awaitable<void> remove_left_overs(InstanceRoot& root,
-                                               std::shared_ptr<SubordinateUsers> subordinate,
+boost::asio::awaitable<void> remove_left_overs(adapters::InstanceRoot& root,
+                                               std::shared_ptr<adapters::SubordinateUsers> subordinate,
                                                std::filesystem::path guard, Logger log);
 
 /// For the monitor page: who runs simulations, `chosen` or, since the sandbox did not work so, another

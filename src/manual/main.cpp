@@ -6,11 +6,11 @@
 
 #include "manual.hpp"
 
+#include "app/daemon.hpp"
 #include "app/options.hpp"
 #include "demo_simulator/options.hpp"
 #include "guard/options.hpp"
 
-#include <webots_cloud/daemon.hpp>
 #include <webots_cloud/version.hpp>
 
 #include <cstring>
@@ -18,6 +18,7 @@
 #include <string>
 
 using namespace webots_cloud;
+using app::Program;
 
 namespace {
 
@@ -127,8 +128,8 @@ manual::Manual manual_of_demo_simulator()
 /// What is written of the program or configuration `name`.
 std::string document(std::string const& kind, std::string const& name)
 {
-    auto const session = session_server_program();
-    auto const simulation = simulation_server_program();
+    auto const session = app::session_server_program();
+    auto const simulation = app::simulation_server_program();
     if (name == configuration_of(session))
         return manual::man_page(manual_of_configuration(session, core::session_topics(), simulation));
     if (name == configuration_of(simulation))

@@ -1,8 +1,7 @@
 #include "answers.hpp"
 
+#include "adapters/http_client/own_server_probe.hpp"
 #include "core/text.hpp"
-
-#include <webots_cloud/probes.hpp>
 
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
@@ -17,11 +16,11 @@ constexpr Duration answer_limit = std::chrono::seconds(5);
 
 result<HttpResponse> ask(Settings const& settings, std::string const& target)
 {
-    OwnServer server;
+    adapters::OwnServer server;
     server.address = own_address(settings.listen_address);
     server.port = settings.address.port;
     server.tls = !settings.certificate.empty();
-    return ask_own_server(server, target, answer_limit);
+    return adapters::ask_own_server(server, target, answer_limit);
 }
 
 json::object parse_object(std::string_view text)

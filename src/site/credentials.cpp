@@ -2,6 +2,8 @@
 // copied when they are whole. Nothing that exists is overwritten.
 #include "credentials.hpp"
 
+#include "adapters/process/program_output.hpp"
+#include "app/daemon.hpp"
 #include "app/environment.hpp"
 #include "core/text.hpp"
 #include "log_folder.hpp"
@@ -9,8 +11,6 @@
 #include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/secrets.hpp>
-#include <webots_cloud/daemon.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <array>
 #include <cstdlib>
@@ -65,11 +65,11 @@ result<> run_openssl(std::string const& name, fs::path const& folder)
     if (openssl.empty())
         return Failure(errc::not_found, "No certificate can be made without openssl: apt install openssl");
     auto const names = concat("subjectAltName=DNS:", name, ",DNS:localhost,IP:127.0.0.1,IP:::1", own_names());
-    auto const end = run_program({openssl.string(), "req", "-x509", "-newkey", "ec", "-pkeyopt",
-                                  "ec_paramgen_curve:prime256v1", "-nodes", "-days", "365", "-subj",
-                                  "/CN=" + name, "-addext", names, "-keyout", (folder / "key").string(),
-                                  "-out", (folder / "certificate").string()},
-                                 openssl_limit);
+    auto const end = adapters::run_program(
+        {openssl.string(), "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
+         "-nodes", "-days", "365", "-subj", "/CN=" + name, "-addext", names, "-keyout",
+         (folder / "key").string(), "-out", (folder / "certificate").string()},
+        openssl_limit);
     if (!end)
         return end.error();
     return end->status == 0 ? result<>()
@@ -152,7 +152,7 @@ result<> make_certificate(Settings const& settings)
     std::error_code ignored;
     fs::remove_all(folder, ignored);
     if (made)
-        std::cout << terminal_text(concat(
+        std::cout << app::terminal_text(concat(
                          "Made ", settings.certificate.string(), " for ", *name,
                          ", valid for a year. Nobody vouches for it, so browsers warn: replace it and ",
                          settings.key.string(), " by real ones."))

@@ -2,12 +2,12 @@
 // somebody else's link leaves nothing half done.
 #include "log_folder.hpp"
 
+#include "adapters/host/accounts.hpp"
+#include "app/daemon.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
-#include <webots_cloud/adapters/host.hpp>
-#include <webots_cloud/daemon.hpp>
 
 #include <cerrno>
 #include <charconv>
@@ -44,7 +44,7 @@ std::string error_text()
 
 std::string user_name(uid_t user)
 {
-    auto name = find_user_name(user);
+    auto name = adapters::find_user_name(user);
     return name.empty() ? std::to_string(user) : name;
 }
 
@@ -55,7 +55,7 @@ result<> set_aside(fs::path const& path)
         return Failure(
             errc::unavailable,
             concat(path.string(), " is not what it has to be, and can't be moved away. Remove it."));
-    std::cerr << terminal_text(concat(path.string(), " was not what it has to be, and is now ", aside))
+    std::cerr << app::terminal_text(concat(path.string(), " was not what it has to be, and is now ", aside))
               << std::endl;
     return {};
 }

@@ -1,5 +1,7 @@
 #include "running.hpp"
 
+#include "adapters/host/accounts.hpp"
+#include "app/daemon.hpp"
 #include "core/text.hpp"
 #include "launch.hpp"
 #include "log_folder.hpp"
@@ -7,8 +9,6 @@
 #include "process_table.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
-#include <webots_cloud/adapters/host.hpp>
-#include <webots_cloud/daemon.hpp>
 
 #include <iostream>
 
@@ -59,7 +59,7 @@ Holder find_holder(std::uint16_t port)
     std::error_code ignored;
     bool const has_script = server && fs::exists(fs::path(checkout_of(*server)) / "server.sh", ignored);
     bool const is_ours = process.user == ::geteuid() || ::geteuid() == 0;
-    auto const name = is_ours ? std::string() : find_user_name(process.user);
+    auto const name = is_ours ? std::string() : adapters::find_user_name(process.user);
     return describe_holder(process, is_ours || !name.empty() ? name : std::to_string(process.user),
                            has_script);
 }

@@ -2,11 +2,10 @@
 // has to know: ports, addresses, where people find it.
 #include "settings.hpp"
 
+#include "app/daemon.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
-
-#include <webots_cloud/daemon.hpp>
 
 #include <boost/asio/ip/address.hpp>
 #include <boost/json/parse.hpp>
@@ -37,7 +36,7 @@ result<Config> parse_moved(result<Configured<Config>> configured, int moved)
 {
     if (!configured)
         return configured.error();
-    if (auto const done = move_ports(configured->config, moved); !done)
+    if (auto const done = app::move_ports(configured->config, moved); !done)
         return done.error();
     return std::move(configured->config);
 }
@@ -108,7 +107,7 @@ result<Settings> parse_settings(Kind kind, std::string const& file, std::string_
 
 result<Settings> read_settings(Kind kind, std::string const& file, int moved)
 {
-    auto const text = read_config_file(file);
+    auto const text = app::read_config_file(file);
     return text ? parse_settings(kind, file, *text, moved) : result<Settings>(text.error());
 }
 

@@ -2,7 +2,10 @@
 // put together, and what people read is printed.
 #include "site.hpp"
 
+#include "adapters/host/epoll_watches.hpp"
+#include "adapters/process/program_output.hpp"
 #include "answers.hpp"
+#include "app/daemon.hpp"
 #include "app/environment.hpp"
 #include "app/own_limits.hpp"
 #include "command_line.hpp"
@@ -15,8 +18,6 @@
 #include "start.hpp"
 
 #include <webots_cloud/adapters/host.hpp>
-#include <webots_cloud/daemon.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <filesystem>
 #include <iostream>
@@ -35,13 +36,13 @@ int print_failure(Failure const& failure)
 {
     auto const text = failure.message();
     for (auto const line : core::split(core::trim(text), '\n'))
-        std::cerr << terminal_text(line) << std::endl;
-    return exit_failed;
+        std::cerr << app::terminal_text(line) << std::endl;
+    return app::exit_failed;
 }
 
 void say(std::string_view line)
 {
-    std::cout << terminal_text(line) << std::endl;
+    std::cout << app::terminal_text(line) << std::endl;
 }
 
 std::string none_runs(std::string_view name)
@@ -99,7 +100,7 @@ int show_all(Place const& place, std::string const& name)
     }
     if (!is_any)
         say(none_runs(name));
-    return is_any ? exit_ok : exit_not_running;
+    return is_any ? app::exit_ok : exit_not_running;
 }
 
 result<> stop_all(Place const& place, std::string const& name)
@@ -152,7 +153,7 @@ void show_code(std::string const& address)
     auto const qrencode = ::isatty(STDOUT_FILENO) == 1 ? app::find_program("qrencode") : fs::path();
     if (qrencode.empty())
         return;
-    if (auto const code = run_program({qrencode.string(), "-t", "ANSIUTF8", address}, limit);
+    if (auto const code = adapters::run_program({qrencode.string(), "-t", "ANSIUTF8", address}, limit);
         code && code->status == 0)
         std::cout << code->output << std::flush;
 }
@@ -214,7 +215,7 @@ void show_token(StartedSite const& site)
 
 result<> start_all(Place const& place, CommandLine const& line, bool stops_before)
 {
-    if (auto const found = find_watches(); !found) // before anything is stopped
+    if (auto const found = adapters::find_watches(); !found) // before anything is stopped
         return found;
     auto const name = line.name.empty() ? std::string("local") : line.name;
     auto const moved = moved_ports(place, name, line.port);
@@ -274,12 +275,12 @@ int run(std::vector<std::string_view> const& arguments)
     take_signals();
     auto const line = parse_command_line(arguments);
     if (!line.complaint.empty()) {
-        std::cerr << "webots-site: " << terminal_text(line.complaint) << std::endl;
-        return exit_usage;
+        std::cerr << "webots-site: " << app::terminal_text(line.complaint) << std::endl;
+        return app::exit_usage;
     }
     if (line.verb == Verb::help) {
         std::cout << help_text() << std::flush;
-        return exit_ok;
+        return app::exit_ok;
     }
     std::error_code failed;
     Place place;
@@ -292,7 +293,7 @@ int run(std::vector<std::string_view> const& arguments)
     if (line.verb == Verb::status)
         return show_all(place, line.name);
     auto const done = obey(place, line);
-    return done ? exit_ok : print_failure(done.error());
+    return done ? app::exit_ok : print_failure(done.error());
 }
 
 } // namespace webots_cloud::site

@@ -2,7 +2,9 @@
 // that have to be made, ports. After that a failure stops what this start has started (stop_again).
 #include "start.hpp"
 
+#include "adapters/process/program_output.hpp"
 #include "answers.hpp"
+#include "app/daemon.hpp"
 #include "core/text.hpp"
 #include "credentials.hpp"
 #include "launch.hpp"
@@ -12,8 +14,6 @@
 #include "process_table.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
-#include <webots_cloud/daemon.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <algorithm>
 #include <iostream>
@@ -55,11 +55,11 @@ template<class Config>
 std::vector<std::string> warnings_of(std::string const& file,
                                      result<Configured<Config>> (*parse)(std::string_view, fs::path const&))
 {
-    auto const text = read_config_file(file);
+    auto const text = app::read_config_file(file);
     auto configured = text ? parse(*text, file) : result<Configured<Config>>(text.error());
     if (!configured)
         return {};
-    (void)check_files(*configured, file); // its errors have been told
+    (void)app::check_files(*configured, file); // its errors have been told
     return std::move(configured->warnings);
 }
 
@@ -90,7 +90,7 @@ result<> check_configuration(Place const& place, Kind kind, std::string const& f
     auto command = command_of(place, kind, moved);
     command.emplace_back("--check-config");
     command.push_back(file);
-    auto const end = run_program(command, patience);
+    auto const end = adapters::run_program(command, patience);
     if (!end)
         return end.error();
     return end->status == 0 ? result<>()
@@ -226,7 +226,7 @@ result<> start_server(Place const& place, StartedSite const& site, Settings cons
         return ended_at_once(settings);
     started.push_back({settings.kind, *process});
     if (auto const noted = note_process(settings.kind, *id); !noted)
-        std::cerr << terminal_text(noted.error().message()) << std::endl; // it is found without
+        std::cerr << app::terminal_text(noted.error().message()) << std::endl; // it is found without
     if (auto const answered = await_answer(settings, *process); !answered)
         return answered;
     std::cout << with_number(concat("Started ", site.name, " ", called(settings.kind)), *id) << std::endl;

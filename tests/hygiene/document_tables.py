@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Checks tables and lists of HACKING.md, docs/inside.md, docs/recipes.md and docs/long_tests.md against the tree: the public headers of each target, the files that write `/metrics`, the rooms of the unit tests, which files may start threads; the labels of tests, the codes
+"""Checks tables and lists of HACKING.md, docs/inside.md, docs/library.md, docs/recipes.md and docs/long_tests.md against the tree: the public headers of each target, the files that write `/metrics`, the rooms of the unit tests, which files may start threads; the labels of tests, the codes
 of failures, and figures of tests."""
 import re
 import sys
@@ -113,6 +113,8 @@ def check():
     assert len(is_so) == 3, is_so.keys()
     for target in said.keys() | is_so.keys():
         found += differences(f'headers of {target}', said.get(target, set()), is_so.get(target, set()))
+    named = set(re.findall(r'\.\./include/webots_cloud/(\w+\.hpp)\)', (ROOT / 'docs/library.md').read_text()))
+    found += differences('headers that docs/library.md explains', named, {p.name for p in (ROOT / 'include/webots_cloud').glob('*.hpp')})
     found += differences('files that write /metrics', metrics_said((ROOT / 'docs/recipes.md').read_text()),
                          {p.stem for p, code in sources.items() if 'MetricsText' in code and p.stem != 'metrics_text'})
     for floor in ('core', 'service', 'adapters'):

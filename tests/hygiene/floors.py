@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Folder -> what its files may include. Names are prefixes: of our own paths, or of library headers.
 STD = r'[a-z_0-9/]+'  # a header without extension
 VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/fleet.hpp', 'webots_cloud/server_spec.hpp', 'webots_cloud/guess_limit.hpp', 'webots_cloud/load_report.hpp', 'webots_cloud/server_load.hpp',
-          'webots_cloud/certificate_facts.hpp', 'webots_cloud/listed_world.hpp', 'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
+          'webots_cloud/listed_world.hpp', 'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
           'webots_cloud/simulation_user.hpp', 'webots_cloud/own_files.hpp',
           'webots_cloud/project_ref.hpp', 'webots_cloud/website_project.hpp',
           'webots_cloud/config.hpp', 'webots_cloud/process_limits.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp', 'webots_cloud/scheduling_policy.hpp', 'webots_cloud/decision.hpp',
@@ -19,8 +19,12 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/fleet
           'webots_cloud/transport/name_answer.hpp',
           'webots_cloud/transport/tunnel_group.hpp']
 # What implements the services' seams, or puts everything together: none of the services' business.
-ABOVE_SERVICES = ['webots_cloud/adapters', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/servers.hpp',
-                  'webots_cloud/subordinate_users.hpp']
+ABOVE_SERVICES = ['webots_cloud/adapters', 'webots_cloud/servers.hpp']
+# What only our own programs use of the adapters: no public headers, but none of a library either.
+FOR_PROGRAMS = [f'src/adapters/{name}.hpp' for name in (
+    'files/own_folder', 'host/accounts', 'host/epoll_watches', 'http_client/own_server_probe', 'http_client/web_probe', 'logs/kept_file', 'logs/line_file',
+    'mail/mail_probe', 'operator/operator_socket', 'operator/secret_file', 'process/guard_probe', 'process/program_output', 'process/subordinate_users',
+    'projects/instance_root', 'projects/subordinate_source', 'threads/low_latency_scheduling', 'tls/certificate_facts')]
 ASIO_CORE = ['boost/asio/' + name for name in (
     'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'deferred', 'detached', 'post',
     'experimental/awaitable_operators', 'experimental/channel', 'experimental/parallel_group', 'this_coro', 'use_awaitable', 'io_context')]
@@ -33,16 +37,14 @@ FLOORS = {
     'src/async': ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/transport/clock.hpp', 'src/async/', *ASIO_CORE],
     'src/service': ['webots_cloud/', 'src/core/', 'src/async/', 'src/service/', 'src/web/', *ASIO_CORE],
     'src/testing': ['webots_cloud/', 'src/async/', *ASIO_CORE],
-    # daemon.hpp declares what adapters/threads/low_latency_scheduling.cpp implements.
-    'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters/', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp',
-                     'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/subordinate_users.hpp', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
+    'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters/', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
                      'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'malloc.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'arpa/nameser.h', 'ares.h', 'ifaddrs.h', 'net/if.h',
                      'dlfcn.h', 'grp.h', 'pwd.h', 'sched.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
-    'src/app': ['webots_cloud/', 'src/core/', 'src/async/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
-    'src/site': ['webots_cloud/', 'src/core/', 'src/site/', 'src/app/environment.hpp', 'src/app/own_limits.hpp', 'boost/asio/', 'boost/json/', 'sys/', 'unistd.h', 'fcntl.h'],
-    'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/core/config/', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
-    'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp', 'src/site/site.hpp'],
+    'src/app': ['webots_cloud/', *FOR_PROGRAMS, 'src/core/', 'src/async/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
+    'src/site': ['webots_cloud/', *FOR_PROGRAMS, 'src/core/', 'src/site/', 'src/app/daemon.hpp', 'src/app/environment.hpp', 'src/app/own_limits.hpp', 'boost/asio/', 'boost/json/', 'sys/', 'unistd.h', 'fcntl.h'],
+    'src/manual': ['src/manual/', 'src/app/daemon.hpp', 'src/app/options.hpp', 'src/core/config/', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/version.hpp'],
+    'apps': ['src/app/daemon.hpp', 'webots_cloud/servers.hpp', 'src/site/site.hpp'],
     'examples/demo_simulator': ['examples/demo_simulator/', 'webots/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
 }
 # Of what FLOORS allows.
@@ -86,14 +88,14 @@ ROOMS = {
         'messages': [],
         'tls': ['files'],
         'network': ['files', 'tls'],
-        'http_client': ['files', 'messages', 'names', 'network', 'tls'],
+        'http_client': ['files', 'host', 'messages', 'names', 'network', 'tls'],
         'gateway': ['messages', 'names', 'network', 'tls'],
         'http_server': ['gateway', 'messages', 'network'],
         'logs': ['files', 'threads'],
         'mail': ['threads'],
-        'operator': ['files', 'messages'],
+        'operator': ['files', 'host', 'messages'],
         'process': ['files', 'threads'],
-        'projects': ['files', 'http_client', 'threads'],
+        'projects': ['files', 'http_client', 'process', 'threads'],
         'git_packs': ['files', 'projects', 'threads'],
         'git_cache': ['files', 'git_packs', 'projects'],
         'git': ['files', 'git_cache', 'git_packs', 'http_client', 'projects', 'threads'],
@@ -201,8 +203,9 @@ def check_decisions(path):
 def self_test():
     """A check that finds nothing must be able to find something."""
     good = [('src/adapters', 'webots_cloud/transport/clock.hpp'), ('src/adapters', 'webots_cloud/adapters/files.hpp'),
-            ('src/service', 'webots_cloud/simulation_service.hpp'), ('src/guard', 'poll.h'), ('src/app', 'webots_cloud/adapters.hpp')]
-    bad = [('src/adapters', 'webots_cloud/simulation_service.hpp'), ('src/adapters', 'webots_cloud/servers.hpp'),
+            ('src/service', 'webots_cloud/simulation_service.hpp'), ('src/guard', 'poll.h'), ('src/app', 'webots_cloud/adapters.hpp'),
+            ('src/app', 'src/adapters/logs/kept_file.hpp')]
+    bad = [('src/adapters', 'webots_cloud/simulation_service.hpp'), ('src/adapters', 'webots_cloud/servers.hpp'), ('src/app', 'src/adapters/tls/tls_trust.hpp'),
            ('src/service', 'webots_cloud/adapters.hpp'), ('src/service', 'webots_cloud/adapters/files.hpp'), ('src/guard', 'src/core/text.hpp'), ('src/core', 'webots_cloud/transport/clock.hpp')]
     assert all(may_include(*pair) for pair in good) and not any(may_include(*pair) for pair in bad)
     assert DECISIONS.findall('// x\n// Decisions: core/a/b, core/c.\n') == ['core/a/b, core/c'] and not DECISIONS.findall('// Decisions: core/a/b,\n// core/c.')

@@ -11,8 +11,9 @@
 //     --cancel-after MS     cancel everything then
 //     --cancel-at BYTES     cancel everything when a fetch has received so much
 //     --idle MS             do nothing for so long: measures the delays that the machine alone causes
+#include "adapters/threads/low_latency_scheduling.hpp"
+
 #include <webots_cloud/adapters.hpp>
-#include <webots_cloud/daemon.hpp>
 #include <webots_cloud/project_ref.hpp>
 
 #include <boost/asio/bind_cancellation_slot.hpp>
@@ -264,7 +265,7 @@ private:
 int main(int argc, char** argv)
 {
     auto const options = parse(argc, argv);
-    use_low_latency_scheduling(); // as the servers
+    adapters::use_low_latency_scheduling(); // as the servers
     asio::io_context context(1);
     Probe probe(context, options);
     std::deque<asio::cancellation_signal> signals;

@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
@@ -19,14 +18,6 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 ///
 /// Errors: `unavailable`, its detail the reason alone, as "it is larger than <limit> bytes".
 result<std::string> read_regular_file(std::filesystem::path const& path, std::size_t limit);
-
-/// Makes the folder, which nobody else can then change or look into, and those above it where they are
-/// missing; and tries whether files can be made in it. A folder whose mode admits others is closed, and what
-/// is no folder gets another name.   Returns: sentences about that.
-///
-/// Errors: `invalid_argument`: it belongs to another user; otherwise that of the system, such as a disk that
-/// is full.
-result<std::vector<std::string>> make_own_folder(std::filesystem::path const& path);
 
 /// Folders of this computer, measured on a thread of its own.
 std::unique_ptr<FolderMeter> make_folder_meter();

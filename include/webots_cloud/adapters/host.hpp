@@ -1,4 +1,4 @@
-// This computer: its clock, addresses, users, service manager and load.
+// This computer: its clock, addresses, service manager and load.
 #pragma once
 
 #include <webots_cloud/export.hpp>
@@ -8,10 +8,8 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,22 +26,6 @@ std::vector<std::string> own_ipv6_addresses();
 
 /// The IPv4 addresses where the other machines of our networks find this computer.
 std::vector<std::string> shared_ipv4_addresses();
-
-/// A user of this computer.
-struct Account
-{
-    Account() = default;
-
-    std::uint32_t user = 0;
-    std::uint32_t group = 0;
-    std::vector<std::uint32_t> groups; ///< All that the user is in, but `group`.
-};
-
-/// Looks a user up by name; nothing where there is none. May block, as for users from a directory service.
-std::optional<Account> find_account(std::string const& name);
-
-/// The name of a user; empty: there is none. May block, too.
-std::string find_user_name(std::uint32_t user);
 
 /// The service manager that the environment names (`NOTIFY_SOCKET`, `WATCHDOG_USEC`), as systemd does;
 /// without one it hears nothing.

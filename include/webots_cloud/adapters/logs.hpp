@@ -1,4 +1,4 @@
-// The log, and other files that grow line by line.
+// The log, and what simulators print.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -12,9 +12,7 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <memory>
-#include <string>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
@@ -31,20 +29,6 @@ struct LogParams
 /// A log in the format that operators know, `YYYY-MM-DD HH:MM:SS,mmm [LEVEL  ]  message`, or in JSON.
 /// Errors: `invalid_argument`.
 result<Logger> make_logger(LogParams params);
-
-/// A file that grows line by line, written by a thread of its own: the function it returns never blocks.
-/// Copies share the file.
-///
-/// Before a line that would make it longer than `max_bytes` the file becomes `<file>.1`, in place of the one
-/// before, and a new one begins with `first_line`. The default is some three days of lines of 60 bytes, one a
-/// second.
-///
-/// An existing file is emptied; folders are made. A file that can't be opened or written costs one line of
-/// the log, which calls it `name`, and then lines are dropped; the function is empty when it could not even
-/// be opened.
-std::function<void(std::string line)> make_line_file(boost::asio::any_io_executor executor, std::string name,
-                                                     std::filesystem::path file, std::string first_line,
-                                                     Logger log, std::size_t max_bytes = 16'000'000);
 
 /// Where the output of simulators is kept, and for how long.
 struct SimulationLogsParams

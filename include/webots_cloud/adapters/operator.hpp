@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <string>
 #include <string_view>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
@@ -40,14 +39,6 @@ public:
 std::unique_ptr<OperatorSocket> make_operator_socket(boost::asio::any_io_executor executor,
                                                      std::filesystem::path path, Logger log);
 
-/// The body of the answer to a request over the operator's socket of a running server. Waits for it, 5 s at
-/// most.
-///
-/// Errors: `unreachable`: no server is there; `refused`, `timed_out`, `invalid_argument`; as of
-/// `find_watches`.
-result<std::string> ask_operator_socket(std::filesystem::path const& path, std::string_view method,
-                                        std::string_view target);
-
 /// What tells the operator's token from other words. `file` has one line: the token, or `sha256:` and the 64
 /// hexadecimal digits of its SHA-256, so that the file does not give the token away.
 ///
@@ -55,11 +46,5 @@ result<std::string> ask_operator_socket(std::filesystem::path const& path, std::
 /// characters.
 result<std::function<bool(std::string_view token)>>
 make_operator_token_check(std::filesystem::path const& file);
-
-/// The teachers' password, the only line of `file`.
-///
-/// Errors: `invalid_config`: the file can't be read, others may read it too, or the password is shorter than
-/// 8 characters.
-result<std::string> read_password(std::filesystem::path const& file);
 
 } // namespace webots_cloud

@@ -1,19 +1,15 @@
 // Programs that are started here, under guards and within limits.
 #pragma once
 
-#include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/process_limits.hpp>
-#include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
 #include <webots_cloud/transport/process_host.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
-#include <boost/asio/awaitable.hpp>
 
 #include <filesystem>
 #include <memory>
-#include <string>
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
@@ -44,21 +40,13 @@ std::vector<std::filesystem::path> control_group_mounts(ControlGroups const& gro
 /// Processes of this computer over Boost.Process, each under a guard (the program `webots-process-guard`)
 /// that ends the whole tree when asked to, when the process ends, and when we die, however we die.
 ///
-/// The processes can't change the existing folders `read_only`, where the kernel allows a mount namespace:
-/// see `probe_guard`. `groups` keep them within their limits; null: whoever looks at
-/// `Process::usage` does. `graphics`: what that knows of graphics processors; null: nothing.
+/// The processes can't change the existing folders `read_only`, where the kernel allows a mount namespace.
+/// `groups` keep them within their limits; null: whoever looks at `Process::usage` does. `graphics`: what
+/// that knows of graphics processors; null: nothing.
 std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor,
                                                std::filesystem::path guard,
                                                std::vector<std::filesystem::path> read_only = {},
                                                std::shared_ptr<ControlGroups> groups = nullptr,
                                                std::shared_ptr<GraphicsTimes const> graphics = nullptr);
-
-/// What that guard can do here, as its option `--probe` prints it: one line, which is no stable format. Not
-/// empty: the guard can be run.
-///
-/// Errors: `start_failed`, `timed_out` after 15 seconds.
-/// Cancellation: terminal.
-boost::asio::awaitable<result<std::string>>
-probe_guard(std::filesystem::path guard, std::vector<std::filesystem::path> read_only, Clock& clock);
 
 } // namespace webots_cloud

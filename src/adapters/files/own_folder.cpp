@@ -2,7 +2,6 @@
 
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/adapters/secrets.hpp>
 
 #include <fcntl.h>
@@ -90,22 +89,17 @@ result<FileDescriptor> open_own_folder(int parent, fs::path const& path, Foreign
     }
 }
 
-} // namespace webots_cloud::adapters
-
-namespace webots_cloud {
-
 result<std::vector<std::string>> make_own_folder(std::filesystem::path const& path)
 {
-    using adapters::FileDescriptor;
     constexpr auto trial = ".room";
     constexpr std::size_t block = 4096; // what a file takes at least
     std::error_code failed;
     std::filesystem::create_directories(path.parent_path(), failed);
     FileDescriptor const parent(::open(path.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
     if (!parent)
-        return adapters::system_failure(path.parent_path());
+        return system_failure(path.parent_path());
     std::vector<std::string> notices;
-    auto const own = adapters::open_own_folder(parent.get(), path, adapters::Foreign::refuse, notices);
+    auto const own = open_own_folder(parent.get(), path, Foreign::refuse, notices);
     if (!own)
         return own.error();
     ::unlinkat(own->get(), trial, 0);
@@ -113,7 +107,7 @@ result<std::vector<std::string>> make_own_folder(std::filesystem::path const& pa
         ::openat(own->get(), trial, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
     std::string const text(block, ' ');
     bool const is_written = file && ::write(file.get(), text.data(), block) == static_cast<ssize_t>(block);
-    auto const failure = adapters::system_failure(path);
+    auto const failure = system_failure(path);
     if (file)
         ::unlinkat(own->get(), trial, 0);
     if (!is_written)
@@ -121,4 +115,4 @@ result<std::vector<std::string>> make_own_folder(std::filesystem::path const& pa
     return notices;
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

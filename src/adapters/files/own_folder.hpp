@@ -31,4 +31,12 @@ enum class Foreign
 result<FileDescriptor> open_own_folder(int parent, std::filesystem::path const& path, Foreign foreign,
                                        std::vector<std::string>& notices);
 
+/// Makes the folder, which nobody else can then change or look into, and those above it where they are
+/// missing; and tries whether files can be made in it. A folder whose mode admits others is closed, and what
+/// is no folder gets another name.   Returns: sentences about that.
+///
+/// Errors: `invalid_argument`: it belongs to another user; otherwise that of the system, such as a disk that
+/// is full.
+result<std::vector<std::string>> make_own_folder(std::filesystem::path const& path);
+
 } // namespace webots_cloud::adapters

@@ -1,4 +1,4 @@
-#include <webots_cloud/adapters/host.hpp>
+#include "accounts.hpp"
 
 #include <grp.h>
 #include <pwd.h>
@@ -7,7 +7,7 @@
 #include <array>
 #include <iterator>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 
 std::optional<Account> find_account(std::string const& name)
 {
@@ -39,4 +39,4 @@ std::string find_user_name(std::uint32_t user)
     return found->pw_name;
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

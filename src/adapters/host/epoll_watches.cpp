@@ -1,4 +1,4 @@
-#include <webots_cloud/probes.hpp>
+#include "epoll_watches.hpp"
 
 #include <array>
 #include <cerrno>
@@ -6,7 +6,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
 constexpr std::size_t first_watches = 32; // more than a server needs until its first connection
@@ -35,4 +35,4 @@ result<> find_watches()
         "instance), run the server as a user of its own, or raise fs.epoll.max_user_watches");
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

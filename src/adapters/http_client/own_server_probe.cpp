@@ -1,9 +1,10 @@
 // Asks a server of ours on this machine, which another program has started, in one connection of its own.
+#include "own_server_probe.hpp"
+
+#include "adapters/host/epoll_watches.hpp"
 #include "adapters/messages/parse_message.hpp"
 #include "client_stream.hpp"
 #include "core/text.hpp"
-
-#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -15,7 +16,7 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
 namespace asio = boost::asio;
@@ -34,7 +35,7 @@ Failure own_server_failure(beast::error_code error)
 }
 
 /// Reads until `parser` has all of the answer.
-asio::awaitable<beast::error_code> read_own_answer(adapters::ClientStream& stream, Parser& parser)
+asio::awaitable<beast::error_code> read_own_answer(ClientStream& stream, Parser& parser)
 {
     beast::flat_buffer buffer(own_answer_piece);
     beast::error_code failed;
@@ -45,7 +46,7 @@ asio::awaitable<beast::error_code> read_own_answer(adapters::ClientStream& strea
         auto const room = buffer.prepare(left);
         auto const [error, size] = co_await stream.async_read_some(room, asio::as_tuple(asio::use_awaitable));
         buffer.commit(size);
-        failed = error ? adapters::parse_end(parser, error) : adapters::parse_received(parser, buffer);
+        failed = error ? parse_end(parser, error) : parse_received(parser, buffer);
     }
     co_return failed;
 }
@@ -53,7 +54,7 @@ asio::awaitable<beast::error_code> read_own_answer(adapters::ClientStream& strea
 asio::awaitable<result<HttpResponse>> ask_in_time(tcp::endpoint where, asio::ssl::context* tls,
                                                   std::string request, Duration limit)
 {
-    adapters::ClientStream stream(co_await asio::this_coro::executor, tls);
+    ClientStream stream(co_await asio::this_coro::executor, tls);
     stream.lowest().expires_after(limit);
     auto const [unreachable] =
         co_await stream.lowest().async_connect(where, asio::as_tuple(asio::use_awaitable));
@@ -112,4 +113,4 @@ result<HttpResponse> ask_own_server(OwnServer const& server, std::string const& 
     return outcome;
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

@@ -1,15 +1,15 @@
+#include "web_probe.hpp"
+
 #include "curl_http.hpp"
 
-#include <webots_cloud/probes.hpp>
-
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 
 result<int> try_web_server(std::string const& url, Duration timeout)
 {
     constexpr int ok = 200;
     constexpr int found_elsewhere = 302;
     int answered = 0; // as soon as the status is known
-    adapters::CurlRequest request;
+    CurlRequest request;
     request.peer = "the server";
     request.base = url;
     request.url = url.ends_with('/') ? url : url + "/";
@@ -22,11 +22,11 @@ result<int> try_web_server(std::string const& url, Duration timeout)
         answered = found_elsewhere;
         return result<>(Failure(errc::closed));
     };
-    adapters::CurlLimits limits;
+    CurlLimits limits;
     limits.deadline = std::chrono::steady_clock::now() + timeout;
-    adapters::CurlHttp http;
+    CurlHttp http;
     auto const status = http.send(request, limits);
     return answered != 0 ? result<int>(answered) : status;
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

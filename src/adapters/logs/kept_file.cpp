@@ -1,4 +1,4 @@
-#include <webots_cloud/kept_file.hpp>
+#include "kept_file.hpp"
 
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/files/project_files.hpp"
@@ -10,7 +10,7 @@
 
 #include <utility>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
 namespace fs = std::filesystem;
@@ -22,7 +22,7 @@ result<> replace_file(fs::path const& path, std::string const& bytes)
     fs::path fresh = path;
     fresh += ".new";
     ::unlink(fresh.c_str()); // what a crash has left
-    if (auto const written = adapters::write_file(AT_FDCWD, fresh.c_str(), bytes, 0600); !written) {
+    if (auto const written = write_file(AT_FDCWD, fresh.c_str(), bytes, 0600); !written) {
         ::unlink(fresh.c_str());
         return written;
     }
@@ -38,10 +38,10 @@ class OwnKeptFile final : public KeptFile
 {
 public:
     OwnKeptFile(fs::path path, std::size_t limit)
-        : path_(std::move(path)), limit_(limit), pool_(1, adapters::BlockingPool::Priority::background)
+        : path_(std::move(path)), limit_(limit), pool_(1, BlockingPool::Priority::background)
     {}
 
-    result<std::string> read() const override { return adapters::read_file(AT_FDCWD, path_.c_str(), limit_); }
+    result<std::string> read() const override { return read_file(AT_FDCWD, path_.c_str(), limit_); }
 
     boost::asio::awaitable<result<>> replace(std::string bytes) override
     {
@@ -52,7 +52,7 @@ public:
 private:
     fs::path path_;
     std::size_t limit_;
-    adapters::BlockingPool pool_;
+    BlockingPool pool_;
 };
 
 } // namespace
@@ -62,4 +62,4 @@ std::unique_ptr<KeptFile> make_kept_file(fs::path path, std::size_t limit)
     return std::make_unique<OwnKeptFile>(std::move(path), limit);
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

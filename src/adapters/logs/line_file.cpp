@@ -1,8 +1,8 @@
+#include "line_file.hpp"
+
 #include "adapters/files/output_file.hpp"
 #include "adapters/threads/worker_threads.hpp"
 #include "core/text.hpp"
-
-#include <webots_cloud/adapters/logs.hpp>
 
 #include <boost/asio/post.hpp>
 
@@ -14,13 +14,13 @@
 #include <memory>
 #include <system_error>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
 namespace asio = boost::asio;
 
-constexpr mode_t permissions = 0666; // less what the umask takes
-constexpr int max_waiting = 64;      // a disk that stalls costs lines, never memory
+constexpr mode_t line_file_mode = 0666; // less what the umask takes
+constexpr int max_waiting = 64;         // a disk that stalls costs lines, never memory
 
 std::string last_problem()
 {
@@ -32,7 +32,7 @@ class LineFile
 {
 public:
     LineFile(asio::any_io_executor executor, std::string name, std::filesystem::path path,
-             adapters::FileDescriptor file, std::string first_line, std::size_t max, Logger log)
+             FileDescriptor file, std::string first_line, std::size_t max, Logger log)
         : executor_(std::move(executor)), name_(std::move(name)), path_(std::move(path)),
           first_line_(std::move(first_line)), max_(max), log_(std::move(log)), file_(std::move(file))
     {
@@ -75,7 +75,7 @@ private:
         old += ".1";
         std::error_code ignored;
         std::filesystem::rename(path_, old, ignored);
-        auto opened = adapters::open_output(path_, adapters::OutputMode::anew, permissions);
+        auto opened = open_output(path_, OutputMode::anew, line_file_mode);
         if (!opened)
             return give_up(opened.error().message());
         file_ = std::move(opened->file);
@@ -86,7 +86,7 @@ private:
     void give_up(std::string_view why)
     {
         auto const text = core::concat(name_, " cannot be written: ", why);
-        file_ = adapters::FileDescriptor();
+        file_ = FileDescriptor();
         asio::post(executor_, [log = log_, text] { log.error(text); });
     }
 
@@ -97,10 +97,10 @@ private:
     std::size_t max_;
     Logger log_;
     // The writer's, once that has begun.
-    adapters::FileDescriptor file_;
+    FileDescriptor file_;
     std::size_t size_ = 0;
     std::atomic<int> waiting_ = 0;
-    adapters::WorkerThreads writer_{1};
+    WorkerThreads writer_{1};
 };
 
 } // namespace
@@ -110,7 +110,7 @@ std::function<void(std::string line)> make_line_file(asio::any_io_executor execu
                                                      Logger log, std::size_t max_bytes)
 {
     name += " " + file.string();
-    auto opened = adapters::open_output(file, adapters::OutputMode::anew, permissions);
+    auto opened = open_output(file, OutputMode::anew, line_file_mode);
     if (!opened) {
         log.error(core::concat(name, " cannot be created: ", opened.error().message()));
         return {};
@@ -123,4 +123,4 @@ std::function<void(std::string line)> make_line_file(asio::any_io_executor execu
     return [lines](std::string line) { lines->append(std::move(line)); };
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

@@ -1,12 +1,12 @@
+#include "mail_probe.hpp"
+
 #include "smtp_exchange.hpp"
 
 #include "core/notices/mail_message.hpp"
 
-#include <webots_cloud/probes.hpp>
-
 #include <utility>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 
 result<> try_mail_server(SmtpParams params)
 {
@@ -14,11 +14,11 @@ result<> try_mail_server(SmtpParams params)
         return Failure(errc::invalid_argument, "the mail server is not a host name");
     if (!core::is_mail_host(params.own_name))
         params.own_name = "localhost"; // it greets, no more
-    auto const curl = adapters::LoadedCurl::load();
+    auto const curl = LoadedCurl::load();
     if (!curl)
         return curl.error();
-    adapters::SmtpExchange exchange(*curl, std::move(params), {});
+    SmtpExchange exchange(*curl, std::move(params), {});
     return exchange.perform();
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

@@ -1,7 +1,10 @@
 // The operator gives commands over a Unix socket, where the kernel says which user and process asks: the
 // server's own user or root, but no descendant of the server, since those are simulations. See
 // docs/decisions/008-who-is-the-operator.md.
+#include "operator_socket.hpp"
+
 #include "adapters/files/file_descriptor.hpp"
+#include "adapters/host/epoll_watches.hpp"
 #include "adapters/messages/forward_text.hpp"
 #include "adapters/messages/http_request_reader.hpp"
 #include "adapters/messages/http_response_text.hpp"
@@ -10,7 +13,6 @@
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/operator.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -299,6 +301,8 @@ std::unique_ptr<OperatorSocket> make_operator_socket(asio::any_io_executor execu
     return std::make_unique<LocalOperatorSocket>(std::move(executor), std::move(path), std::move(log));
 }
 
+namespace adapters {
+
 result<std::string> ask_operator_socket(fs::path const& path, std::string_view method,
                                         std::string_view target)
 {
@@ -317,5 +321,7 @@ result<std::string> ask_operator_socket(fs::path const& path, std::string_view m
     context.run();
     return outcome;
 }
+
+} // namespace adapters
 
 } // namespace webots_cloud

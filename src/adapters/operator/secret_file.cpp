@@ -3,9 +3,6 @@
 #include "adapters/files/regular_file.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters/files.hpp>
-#include <webots_cloud/adapters/operator.hpp>
-
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -55,17 +52,13 @@ result<std::string> read_secret(std::filesystem::path const& file, std::string_v
     return word;
 }
 
-} // namespace webots_cloud::adapters
-
-namespace webots_cloud {
-
 result<std::string> read_password(std::filesystem::path const& file)
 {
     constexpr std::string_view what = "the teachers' password";
-    auto password = adapters::read_own(file, what);
-    if (password && (password->size() < adapters::min_password || !core::is_printable(*password)))
-        return adapters::refusal(file, what, "expected one line of at least 8 characters");
+    auto password = read_own(file, what);
+    if (password && (password->size() < min_password || !core::is_printable(*password)))
+        return refusal(file, what, "expected one line of at least 8 characters");
     return password;
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

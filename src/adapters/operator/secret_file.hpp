@@ -16,4 +16,10 @@ namespace webots_cloud::adapters {
 /// least 16 characters in it.
 result<std::string> read_secret(std::filesystem::path const& file, std::string_view what);
 
+/// The teachers' password, the only line of `file`.
+///
+/// Errors: `invalid_config`: the file can't be read, others may read it too, or the password is shorter than
+/// 8 characters.
+result<std::string> read_password(std::filesystem::path const& file);
+
 } // namespace webots_cloud::adapters

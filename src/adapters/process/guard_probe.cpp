@@ -1,10 +1,10 @@
+#include "guard_probe.hpp"
+
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/threads/blocking_pool.hpp"
 #include "async/deadline.hpp"
 #include "core/text.hpp"
 #include "spawn.hpp"
-
-#include <webots_cloud/adapters/processes.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/connect_pipe.hpp>
@@ -20,14 +20,14 @@
 #include <cerrno>
 #include <csignal>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
 namespace asio = boost::asio;
 namespace process = boost::process::v2;
 using core::concat;
 
-constexpr auto patience = std::chrono::seconds(15); // of a machine that has much to do
+constexpr auto probe_patience = std::chrono::seconds(15); // of a machine that has much to do
 constexpr std::size_t max_answer_size = 4096;
 
 asio::awaitable<result<std::string>> read_all(asio::readable_pipe& output)
@@ -56,10 +56,10 @@ asio::awaitable<result<std::string>> probe_guard(std::filesystem::path guard,
     asio::readable_pipe output(executor);
     asio::writable_pipe output_end(executor);
     asio::connect_pipe(output, output_end, error);
-    adapters::FileDescriptor const nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+    FileDescriptor const nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
     if (error || !nothing)
         co_return Failure(errc::start_failed, concat("no pipe: ", error.message()));
-    adapters::Spawn spawn;
+    Spawn spawn;
     spawn.program = guard.string();
     spawn.arguments.emplace_back("--probe");
     for (auto const& folder : read_only) {
@@ -68,7 +68,7 @@ asio::awaitable<result<std::string>> probe_guard(std::filesystem::path guard,
     }
     spawn.input = nothing.get();
     spawn.output = output_end.native_handle();
-    adapters::BlockingPool pool(1);
+    BlockingPool pool(1);
     auto const [failure, id] = co_await pool.run(std::move(spawn));
     if (failure != 0)
         co_return Failure(errc::start_failed,
@@ -76,7 +76,7 @@ asio::awaitable<result<std::string>> probe_guard(std::filesystem::path guard,
                                  std::error_code(failure, std::generic_category()).message()));
     output_end.close(error);
     process::process running(executor, id);
-    auto answer = co_await async::with_deadline(clock, clock.now() + patience, read_all(output));
+    auto answer = co_await async::with_deadline(clock, clock.now() + probe_patience, read_all(output));
     ::kill(id, SIGKILL); // it has said everything, or never will
     (void)co_await running.async_wait(asio::as_tuple(asio::use_awaitable));
     if (!answer)
@@ -84,4 +84,4 @@ asio::awaitable<result<std::string>> probe_guard(std::filesystem::path guard,
     co_return answer;
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

@@ -1,8 +1,8 @@
+#include "program_output.hpp"
+
 #include "adapters/files/file_descriptor.hpp"
 #include "core/text.hpp"
 #include "spawn.hpp"
-
-#include <webots_cloud/probes.hpp>
 
 #include <fcntl.h>
 #include <sys/poll.h>
@@ -15,10 +15,9 @@
 #include <csignal>
 #include <system_error>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
-using adapters::FileDescriptor;
 using core::concat;
 
 constexpr std::size_t max_printed = std::size_t{1} << 20;
@@ -59,7 +58,7 @@ result<ProgramEnd> run_program(std::vector<std::string> const& command, Duration
     FileDescriptor const output_end(ends[0]);
     FileDescriptor input_end(ends[1]);
     FileDescriptor const nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-    adapters::Spawn spawn;
+    Spawn spawn;
     spawn.program = command.front();
     spawn.arguments.assign(command.begin() + 1, command.end());
     for (char** variable = environ; *variable; ++variable)
@@ -95,4 +94,4 @@ result<std::string> program_output(std::vector<std::string> const& command, Dura
     return std::move(end->output);
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

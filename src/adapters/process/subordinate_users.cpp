@@ -1,12 +1,12 @@
 // Runs the guard for each thing that only root of the simulations' user namespace can do: making it,
 // measuring, giving and taking folders. Decision 013 says why; src/guard/subordinate.cpp and folders.cpp are
 // the other side.
+#include "subordinate_users.hpp"
+
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/threads/blocking_pool.hpp"
 #include "core/text.hpp"
 #include "spawn.hpp"
-
-#include <webots_cloud/subordinate_users.hpp>
 
 #include <fcntl.h>
 #include <linux/nsfs.h>
@@ -26,12 +26,11 @@
 #include <utility>
 #include <vector>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
-using adapters::FileDescriptor;
 using core::concat;
 using std::chrono::steady_clock;
 
@@ -57,7 +56,7 @@ struct GuardRun
         FileDescriptor const output(ends[0]);
         FileDescriptor output_end(ends[1]);
         FileDescriptor const nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-        adapters::Spawn spawn;
+        Spawn spawn;
         spawn.program = guard.native();
         spawn.arguments = arguments;
         spawn.input = input >= 0 ? input : nothing.get();
@@ -222,8 +221,8 @@ private:
     fs::path guard_;
     std::shared_ptr<FileDescriptor const> namespace_;
     std::uint32_t count_;
-    adapters::BlockingPool pool_{1};
-    adapters::BlockingPool measuring_{1};
+    BlockingPool pool_{1};
+    BlockingPool measuring_{1};
 };
 
 } // namespace
@@ -231,7 +230,7 @@ private:
 asio::awaitable<result<std::shared_ptr<SubordinateUsers>>> make_subordinate_users(fs::path guard,
                                                                                   SubordinateRange range)
 {
-    adapters::BlockingPool pool(1);
+    BlockingPool pool(1);
     MakeNamespace work{guard, std::move(range)};
     auto const count = work.range.count;
     auto made = co_await pool.run(std::move(work));
@@ -253,4 +252,4 @@ result<std::shared_ptr<SubordinateUsers>> open_pinned_users(fs::path guard, fs::
     return std::make_shared<GuardsUsers>(std::move(guard), shared, pinned_users);
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

@@ -1,13 +1,13 @@
 // Opens the folder for running simulations, perhaps after a crash, in a place where others may write: no link
 // is followed, what is in the way gets another name, and the reason is told.
-#include <webots_cloud/instance_root.hpp>
-
-#include <webots_cloud/adapters/secrets.hpp>
+#include "instance_root.hpp"
 
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/files/own_folder.hpp"
 #include "adapters/files/remove_tree.hpp"
 #include "core/text.hpp"
+
+#include <webots_cloud/adapters/secrets.hpp>
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -16,10 +16,9 @@
 
 #include <cerrno>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace fs = std::filesystem;
 
-using adapters::FileDescriptor;
 using core::concat;
 
 namespace {
@@ -109,7 +108,7 @@ result<FileDescriptor> open_state(fs::path const& folder, InstanceRoot::State li
     auto const parent = open_shared(folder.parent_path());
     if (!parent)
         return parent.error();
-    auto own = adapters::open_own_folder(parent->get(), folder, adapters::Foreign::refuse, notices);
+    auto own = open_own_folder(parent->get(), folder, Foreign::refuse, notices);
     if (!own && own.error() == errc::invalid_argument)
         return refusal(folder, concat("it belongs to another user. Remove it,", elsewhere));
     return own;
@@ -125,7 +124,7 @@ result<LeftOvers> clear(int opened, fs::path const& folder)
     std::error_code failed;
     auto const entries = fs::path("/proc/self/fd") / std::to_string(opened);
     for (auto const& entry : fs::directory_iterator(entries, failed)) {
-        auto const outcome = adapters::remove_tree(entry.path()); // which may have an overlay mounted
+        auto const outcome = remove_tree(entry.path()); // which may have an overlay mounted
         if (outcome) {
             ++left_overs.removed;
             continue;
@@ -151,18 +150,15 @@ result<InstanceRoot> InstanceRoot::open(fs::path const& state, std::string const
     auto const outer = open_state(state, link, root.notices_);
     if (!outer)
         return outer.error();
-    auto const own =
-        adapters::open_own_folder(outer->get(), state / name, adapters::Foreign::set_aside, root.notices_);
+    auto const own = open_own_folder(outer->get(), state / name, Foreign::set_aside, root.notices_);
     if (!own)
         return own.error();
     root.path_ = state / name / "instances";
-    auto taken =
-        adapters::open_own_folder(own->get(), root.path_, adapters::Foreign::set_aside, root.notices_);
+    auto taken = open_own_folder(own->get(), root.path_, Foreign::set_aside, root.notices_);
     if (!taken)
         return taken.error();
     root.brokers_ = state / name / "brokers";
-    auto const brokers =
-        adapters::open_own_folder(own->get(), root.brokers_, adapters::Foreign::set_aside, root.notices_);
+    auto const brokers = open_own_folder(own->get(), root.brokers_, Foreign::set_aside, root.notices_);
     if (!brokers)
         return brokers.error();
     if (::flock(taken->get(), LOCK_EX | LOCK_NB) != 0)
@@ -190,4 +186,4 @@ InstanceRoot::~InstanceRoot()
         ::close(lock_);
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

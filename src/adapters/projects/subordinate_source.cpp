@@ -1,10 +1,11 @@
 // What differs where simulations run as users of /etc/subuid, whose files the server can neither write nor
 // remove: a guard, which runs as such a user, does it.
+#include "subordinate_source.hpp"
+
 #include "adapters/files/remove_tree.hpp"
 #include "adapters/threads/blocking_pool.hpp"
 
 #include <webots_cloud/adapters/secrets.hpp>
-#include <webots_cloud/subordinate_users.hpp>
 
 #include <filesystem>
 #include <string>
@@ -12,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
 namespace asio = boost::asio;
@@ -56,7 +57,7 @@ public:
             auto name = file->name;
             written = co_await users_->put(scratch, folder, std::move(name));
         }
-        auto remove = [scratch] { return adapters::remove_tree(scratch); };
+        auto remove = [scratch] { return remove_tree(scratch); };
         (void)co_await pool_.run(std::move(remove)); // else the next start of the server does it
         co_return written;
     }
@@ -77,7 +78,7 @@ private:
     TextFiles& files_;
     std::shared_ptr<SubordinateUsers> users_;
     fs::path scratch_;
-    adapters::BlockingPool pool_{1};
+    BlockingPool pool_{1};
 };
 
 /// Puts files back by way of a folder of the server's, and removes what a killed guard has not given back.
@@ -118,7 +119,7 @@ public:
             restored = co_await source_.restore(std::move(order));
         if (restored)
             restored = co_await users_->put(scratch, root, std::move(file));
-        auto remove = [scratch] { return adapters::remove_tree(scratch); };
+        auto remove = [scratch] { return remove_tree(scratch); };
         (void)co_await pool_.run(std::move(remove)); // else the next start of the server does it
         co_return restored;
     }
@@ -130,7 +131,7 @@ public:
             co_return removed;
         if (auto const taken = co_await users_->take_back(directory); !taken)
             co_return removed;
-        auto remove = [directory] { return adapters::remove_tree(directory); };
+        auto remove = [directory] { return remove_tree(directory); };
         co_return co_await pool_.run(std::move(remove));
     }
 
@@ -138,7 +139,7 @@ private:
     ProjectSource& source_;
     std::shared_ptr<SubordinateUsers> users_;
     fs::path scratch_;
-    adapters::BlockingPool pool_{1};
+    BlockingPool pool_{1};
 };
 
 } // namespace
@@ -155,4 +156,4 @@ std::unique_ptr<TextFiles> for_subordinate_users(TextFiles& files, std::shared_p
     return std::make_unique<SubordinateTexts>(files, std::move(users), std::move(scratch));
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

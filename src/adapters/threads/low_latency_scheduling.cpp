@@ -1,4 +1,4 @@
-#include <webots_cloud/daemon.hpp>
+#include "low_latency_scheduling.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -6,7 +6,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
 // The shortest turn that the kernel grants. Its scheduler (EEVDF) prefers the thread whose turn would end
@@ -43,4 +43,4 @@ void use_low_latency_scheduling() noexcept
     (void)::syscall(SYS_sched_setattr, this_thread, &attributes, no_flags);
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

@@ -1,10 +1,11 @@
+#include "certificate_facts.hpp"
+
 #include "adapters/files/regular_file.hpp"
 #include "core/text.hpp"
 #include "openssl_files.hpp"
 #include "tls_trust.hpp"
 
 #include <webots_cloud/adapters/files.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/ip/address.hpp>
 
@@ -16,10 +17,9 @@
 #include <ctime>
 #include <vector>
 
-namespace webots_cloud {
+namespace webots_cloud::adapters {
 namespace {
 
-using adapters::OpensslCertificate;
 using core::concat;
 
 constexpr int least_security = 112; // as RSA of 2048 bits, which browsers and Debian's OpenSSL want
@@ -27,7 +27,7 @@ constexpr int least_security = 112; // as RSA of 2048 bits, which browsers and D
 using CertificateStack =
     std::unique_ptr<STACK_OF(X509),
                     decltype([](STACK_OF(X509) * stack) { sk_X509_pop_free(stack, X509_free); })>;
-using Verification = std::unique_ptr<X509_STORE_CTX, adapters::OpensslFree<X509_STORE_CTX_free>>;
+using Verification = std::unique_ptr<X509_STORE_CTX, OpensslFree<X509_STORE_CTX_free>>;
 
 WallTime time_of(ASN1_TIME const* time)
 {
@@ -59,7 +59,7 @@ std::string problem_of_chain(X509* certificate, STACK_OF(X509) * chain, SSL_CTX*
     Verification const verification(X509_STORE_CTX_new());
     if (!verification ||
         X509_STORE_CTX_init(verification.get(), SSL_CTX_get_cert_store(trust), certificate, chain) != 1)
-        return adapters::openssl_reason();
+        return openssl_reason();
     X509_STORE_CTX_set_default(verification.get(), "ssl_server");
     X509_VERIFY_PARAM_set_flags(X509_STORE_CTX_get0_param(verification.get()), X509_V_FLAG_NO_CHECK_TIME);
     if (X509_verify_cert(verification.get()) == 1)
@@ -69,34 +69,35 @@ std::string problem_of_chain(X509* certificate, STACK_OF(X509) * chain, SSL_CTX*
 
 } // namespace
 
-result<CertificateFacts> read_certificate(std::filesystem::path const& certificate, std::string const& host,
-                                          std::filesystem::path const& authorities)
+result<core::CertificateFacts> read_certificate(std::filesystem::path const& certificate,
+                                                std::string const& host,
+                                                std::filesystem::path const& authorities)
 {
     ERR_clear_error();
-    auto const text = read_regular_file(certificate, adapters::max_pem_file);
+    auto const text = read_regular_file(certificate, max_pem_file);
     if (!text)
         return Failure(errc::invalid_config, concat("the certificate ", certificate.string(),
                                                     " can't be read: ", text.error().message()));
-    adapters::OpensslBio const bio(BIO_new_mem_buf(text->data(), static_cast<int>(text->size())));
+    OpensslBio const bio(BIO_new_mem_buf(text->data(), static_cast<int>(text->size())));
     auto const next = [&bio] {
-        return OpensslCertificate(
-            bio ? PEM_read_bio_X509(bio.get(), nullptr, adapters::no_passphrase, nullptr) : nullptr);
+        return OpensslCertificate(bio ? PEM_read_bio_X509(bio.get(), nullptr, no_passphrase, nullptr)
+                                      : nullptr);
     };
     auto const own = next();
     if (!own)
         return Failure(errc::invalid_config,
                        concat("the certificate ", certificate.string(), " can't be read: ",
-                              adapters::reading_reason("a PEM file with \"-----BEGIN CERTIFICATE-----\"")));
+                              reading_reason("a PEM file with \"-----BEGIN CERTIFICATE-----\"")));
     CertificateStack const chain(sk_X509_new_null());
     while (auto above = next())
         if (chain && sk_X509_push(chain.get(), above.get()) > 0)
             (void)above.release();
     ERR_clear_error();
-    auto const trust = adapters::load_trust(authorities);
+    auto const trust = load_trust(authorities);
     if (!trust)
         return trust.error();
-    CertificateFacts facts;
-    facts.names = adapters::names_of(own.get());
+    core::CertificateFacts facts;
+    facts.names = names_of(own.get());
     facts.issuer = common_name(X509_get_issuer_name(own.get()));
     facts.begins = time_of(X509_get0_notBefore(own.get()));
     facts.ends = time_of(X509_get0_notAfter(own.get()));
@@ -109,4 +110,4 @@ result<CertificateFacts> read_certificate(std::filesystem::path const& certifica
     return facts;
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

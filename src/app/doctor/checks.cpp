@@ -3,6 +3,9 @@
 // hang, a network drive or a name server, is asked on a thread of its own (aside.hpp) or with a deadline.
 #include "checks.hpp"
 
+#include "adapters/host/epoll_watches.hpp"
+#include "adapters/operator/operator_socket.hpp"
+#include "adapters/process/program_output.hpp"
 #include "app/certificate_finding.hpp"
 #include "app/environment.hpp"
 #include "app/operator_requests.hpp"
@@ -15,8 +18,6 @@
 #include "service_view.hpp"
 
 #include <webots_cloud/adapters/http_server.hpp>
-#include <webots_cloud/adapters/operator.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
@@ -176,7 +177,7 @@ asio::awaitable<result<std::string>> output_of(std::vector<std::string> command)
         co_return Failure(errc::not_found, concat("there is no program ", command.front()));
     command.front() = program.string();
     std::function<result<std::string>()> const run = [command = std::move(command)] {
-        return program_output(command, answer_limit);
+        return adapters::program_output(command, answer_limit);
     };
     auto output = co_await aside<std::string>(run);
     co_return output;
@@ -233,7 +234,7 @@ CheckWork check_name(NameService& names, PublicAddress address)
 
 result<std::string> ask_instance(fs::path const& socket)
 {
-    auto const answer = ask_operator_socket(socket, "GET", "/api/doctor?last");
+    auto const answer = adapters::ask_operator_socket(socket, "GET", "/api/doctor?last");
     if (!answer)
         return answer.error() == errc::timed_out ? result<std::string>(answer.error()) : std::string();
     boost::json::error_code error;
@@ -250,11 +251,11 @@ Findings told_of_log(fs::path const& socket)
 {
     constexpr std::string_view looks = "\"underWay\":true";
     auto const deadline = std::chrono::steady_clock::now() + answer_limit;
-    auto answer = ask_operator_socket(socket, "GET", "/api/doctor");
+    auto answer = adapters::ask_operator_socket(socket, "GET", "/api/doctor");
     while (answer && answer->find(looks) != std::string::npos &&
            std::chrono::steady_clock::now() < deadline) {
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
-        answer = ask_operator_socket(socket, "GET", "/api/doctor?last");
+        answer = adapters::ask_operator_socket(socket, "GET", "/api/doctor?last");
     }
     auto findings = answer ? core::parse_findings(*answer) : result<Findings>(answer.error());
     if (!findings)
@@ -390,7 +391,7 @@ Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessCon
 
 bool can_wait(Findings& findings)
 {
-    auto const found = find_watches();
+    auto const found = adapters::find_watches();
     if (!found)
         findings.emplace_back(core::Verdict::fault, "epoll watches", found.error().message(),
                               "Nothing else was looked at: run the doctor again then.");

@@ -1,13 +1,13 @@
 // What both doctors look at.
 #pragma once
 
+#include "app/daemon.hpp"
 #include "core/doctor/finding.hpp"
 #include "core/doctor/named_hosts.hpp"
 #include "examination.hpp"
 #include "places.hpp"
 
 #include <webots_cloud/config.hpp>
-#include <webots_cloud/daemon.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http_client.hpp>
 #include <webots_cloud/transport/name_service.hpp>

@@ -1,4 +1,6 @@
 // What `--check-config` looks at besides the configuration's text and files.
+#include "adapters/host/epoll_watches.hpp"
+#include "app/daemon.hpp"
 #include "checks.hpp"
 #include "core/access/site_access.hpp"
 #include "core/doctor/named_hosts.hpp"
@@ -7,8 +9,6 @@
 
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/names.hpp>
-#include <webots_cloud/daemon.hpp>
-#include <webots_cloud/probes.hpp>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
@@ -16,13 +16,11 @@
 #include <exception>
 #include <type_traits>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 namespace {
 
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
-using app::Check;
-using app::CheckWork;
 using core::concat;
 using core::Findings;
 using core::Verdict;
@@ -38,10 +36,10 @@ Findings as_warnings(Findings findings)
     return findings;
 }
 
-CheckWork check_use(app::FolderUse use)
+CheckWork check_use(FolderUse use)
 {
     auto const subject = use.key.starts_with('"') ? concat("key ", use.key) : use.key;
-    auto const reading = co_await app::folder_reading(use.folder);
+    auto const reading = co_await folder_reading(use.folder);
     Findings findings;
     if (reading) {
         bool const is_fatal = use.is_essential && !reading->problem.empty();
@@ -53,7 +51,7 @@ CheckWork check_use(app::FolderUse use)
 
 CheckWork check_hosts(std::vector<core::NamedHost> hosts, NameService& names, Clock& clock)
 {
-    auto found = co_await app::check_names(std::move(hosts), names, clock, limit);
+    auto found = co_await check_names(std::move(hosts), names, clock, limit);
     co_return as_warnings(std::move(found));
 }
 
@@ -85,10 +83,10 @@ template<class Config>
 Findings ports_of(Config const& config, std::string_view kind)
 {
     bool const is_running = app::is_running(kind, config.address.port, config.access);
-    auto findings = app::port_findings(config.address.port, config.network, is_running);
+    auto findings = port_findings(config.address.port, config.network, is_running);
     if constexpr (std::is_same_v<Config, SimulationConfig>)
         if (!is_running)
-            for (auto& each : app::simulation_port_findings(config))
+            for (auto& each : simulation_port_findings(config))
                 findings.push_back(std::move(each));
     return as_warnings(std::move(findings));
 }
@@ -97,7 +95,7 @@ template<class Config>
 result<> look_around(Configured<Config>& configured, fs::path const& origin, std::string_view kind)
 {
     auto const& config = configured.config;
-    if (auto const found = find_watches(); !found) {
+    if (auto const found = adapters::find_watches(); !found) {
         configured.warnings.push_back(concat(
             origin.string(), ": ports, folders and names were not looked at: ", found.error().message()));
         return {};
@@ -110,7 +108,7 @@ result<> look_around(Configured<Config>& configured, fs::path const& origin, std
     auto const clock = make_steady_clock(context.get_executor());
     auto const names = make_name_service(context.get_executor());
     std::vector<Check> checks;
-    for (auto& use : app::folders_of(config)) {
+    for (auto& use : folders_of(config)) {
         auto const subject = use.key;
         checks.emplace_back(subject, check_use(std::move(use)), limit);
     }
@@ -121,7 +119,7 @@ result<> look_around(Configured<Config>& configured, fs::path const& origin, std
             std::rethrow_exception(failure);
         findings.insert(findings.end(), found.begin(), found.end());
     };
-    asio::co_spawn(context, app::examine(std::move(checks), *clock), take);
+    asio::co_spawn(context, examine(std::move(checks), *clock), take);
     context.run();
     result<> usable;
     for (auto const& each : findings) {
@@ -164,4 +162,4 @@ result<> check_surroundings(Configured<SimulationConfig>& configured, fs::path c
     return look_around(configured, origin, "simulation");
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::app

@@ -1,11 +1,10 @@
 #include "service_view.hpp"
 
+#include "adapters/process/program_output.hpp"
 #include "app/environment.hpp"
 #include "checks.hpp"
 #include "core/doctor/service_unit.hpp"
 #include "core/text.hpp"
-
-#include <webots_cloud/probes.hpp>
 
 #include <unistd.h>
 
@@ -84,15 +83,15 @@ ServiceView view_of_service(std::string_view kind, Arguments const& arguments, f
     if (::geteuid() != 0 || is_asked_by_root() || systemctl.empty() || systemd_run.empty())
         return view;
     auto const name = concat("webots-", kind, "-server");
-    auto const text =
-        program_output({systemctl.string(), "cat", "--no-pager", concat(name, ".service")}, systemd_limit);
+    auto const text = adapters::program_output(
+        {systemctl.string(), "cat", "--no-pager", concat(name, ".service")}, systemd_limit);
     if (!text)
         return view;
     auto const unit = core::parse_service_unit(*text, name);
     if (!has_configuration(unit, arguments.config))
         return view;
     auto const instance = ask_instance(socket); // where the server hangs, the doctor finds that out itself
-    auto const said = program_output(
+    auto const said = adapters::program_output(
         doctor_command(systemd_run, unit, arguments.config, instance ? *instance : std::string()),
         doctor_limit);
     auto const found = said ? core::parse_findings(*said) : result<core::Findings>(said.error());

@@ -1,9 +1,8 @@
 // What root is told of a service: the machine as the service sees it.
 #pragma once
 
+#include "app/daemon.hpp"
 #include "core/doctor/finding.hpp"
-
-#include <webots_cloud/daemon.hpp>
 
 #include <filesystem>
 #include <string>

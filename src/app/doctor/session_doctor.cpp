@@ -4,6 +4,8 @@
 #include "doctors.hpp"
 #include "service_view.hpp"
 
+#include "adapters/mail/mail_probe.hpp"
+#include "app/daemon.hpp"
 #include "app/mail.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/discovery/named_machines.hpp"
@@ -13,15 +15,11 @@
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/http_client.hpp>
 #include <webots_cloud/adapters/names.hpp>
-#include <webots_cloud/daemon.hpp>
-#include <webots_cloud/probes.hpp>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 namespace {
 
 namespace asio = boost::asio;
-using app::Check;
-using app::CheckWork;
 using core::concat;
 using core::Findings;
 
@@ -43,7 +41,7 @@ CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
         request.url = std::move(inside.url);
         request.address = std::move(inside.address);
     }
-    request.timeout = app::answer_limit;
+    request.timeout = answer_limit;
     auto const answer = co_await http.send(std::move(request));
     result<LoadReport> report = LoadReport();
     if (!answer)
@@ -64,8 +62,8 @@ CheckWork check_named_machines(HttpClient& http, NameService& names, ServerSpec 
 {
     auto const name = core::parse_machine_name(entry.address).value_or(core::MachineName());
     auto const now = std::chrono::steady_clock::now();
-    auto asking = name.is_service ? names.services(name.name, now + app::answer_limit)
-                                  : names.addresses(name.name, now + app::answer_limit);
+    auto asking = name.is_service ? names.services(name.name, now + answer_limit)
+                                  : names.addresses(name.name, now + answer_limit);
     auto const answer = co_await std::move(asking);
     core::NamedMachines named(entry, name);
     auto const news = named.take(answer, now, loopback);
@@ -82,23 +80,21 @@ CheckWork check_named_machines(HttpClient& http, NameService& names, ServerSpec 
 
 CheckWork check_mail(SessionConfig config)
 {
-    auto params = app::smtp_params(config);
-    params.timeout = app::answer_limit;
+    auto params = smtp_params(config);
+    params.timeout = answer_limit;
     auto const address =
         concat(params.mail.server, ":",
                std::to_string(params.mail.server_port == 0 ? usual_mail_port : params.mail.server_port));
     std::function<result<bool>()> const look = [params = std::move(params)] {
-        auto const tried = try_mail_server(params);
+        auto const tried = adapters::try_mail_server(params);
         return tried ? result<bool>(true) : result<bool>(tried.error());
     };
-    auto const tried = co_await app::aside<bool>(look);
+    auto const tried = co_await aside<bool>(look);
     Findings findings{core::judge_mail_server(address, tried ? result<>() : result<>(tried.error()))};
     co_return findings;
 }
 
 } // namespace
-
-namespace app {
 
 CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio::any_io_executor executor,
                                  Progress progress)
@@ -128,26 +124,23 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
     co_return findings;
 }
 
-} // namespace app
-
 int diagnose_session_server(Arguments const& arguments)
 {
     Findings findings;
-    auto const config = app::read_for_doctor<SessionConfig>(arguments, parse_session_config, findings);
-    if (!config || !app::can_wait(findings))
-        app::report_findings(arguments, std::move(findings), {});
+    auto const config = read_for_doctor<SessionConfig>(arguments, parse_session_config, findings);
+    if (!config || !can_wait(findings))
+        report_findings(arguments, std::move(findings), {});
     auto const port = config->address.port;
-    auto const viewpoint = app::view_from_outside("session", port, config->access);
-    auto const seen = app::view_of_service("session", arguments, viewpoint.socket);
+    auto const viewpoint = view_from_outside("session", port, config->access);
+    auto const seen = view_of_service("session", arguments, viewpoint.socket);
     if (seen.is_complete)
-        app::report_findings(arguments, seen.findings, [port](asio::any_io_executor const&) {
-            return app::findings_of_root(wanted_memory, port);
+        report_findings(arguments, seen.findings, [port](asio::any_io_executor const&) {
+            return findings_of_root(wanted_memory, port);
         });
     findings.insert(findings.begin(), seen.findings.begin(), seen.findings.end());
-    app::report_findings(
-        arguments, std::move(findings), [&config, &viewpoint](asio::any_io_executor executor) {
-            return app::examine_session_server(*config, viewpoint, executor, app::shown_progress());
-        });
+    report_findings(arguments, std::move(findings), [&config, &viewpoint](asio::any_io_executor executor) {
+        return examine_session_server(*config, viewpoint, executor, shown_progress());
+    });
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::app

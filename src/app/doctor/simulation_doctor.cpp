@@ -6,6 +6,9 @@
 #include "service_view.hpp"
 #include "start_trial.hpp"
 
+#include "adapters/http_client/web_probe.hpp"
+#include "adapters/projects/instance_root.hpp"
+#include "app/daemon.hpp"
 #include "app/environment.hpp"
 #include "app/machine_trial.hpp"
 #include "app/simulation_folders.hpp"
@@ -19,8 +22,6 @@
 #include <webots_cloud/adapters/http_client.hpp>
 #include <webots_cloud/adapters/names.hpp>
 #include <webots_cloud/adapters/processes.hpp>
-#include <webots_cloud/daemon.hpp>
-#include <webots_cloud/probes.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
 #include <unistd.h>
@@ -28,14 +29,11 @@
 #include <filesystem>
 #include <memory>
 
-namespace webots_cloud {
+namespace webots_cloud::app {
 namespace {
 
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
-using app::absolute_path;
-using app::Check;
-using app::CheckWork;
 using core::concat;
 using core::Findings;
 using core::Verdict;
@@ -56,7 +54,7 @@ class TemporaryFolder
 public:
     TemporaryFolder()
     {
-        auto name = (app::temporary_folder() / "webots-doctor-XXXXXX").string();
+        auto name = (temporary_folder() / "webots-doctor-XXXXXX").string();
         if (::mkdtemp(name.data()))
             path_ = name;
         std::error_code failed; // simulations of other users have to get to theirs in it
@@ -118,26 +116,26 @@ CheckWork check_machine(SimulationConfig config, fs::path programs, core::Simula
                         Clock& clock)
 {
     TemporaryFolder const folder;
-    auto root = InstanceRoot::open(folder.path() / "state", "0");
+    auto root = adapters::InstanceRoot::open(folder.path() / "state", "0");
     if (folder.path().empty() || !root)
         co_return untried("there is no room for temporary files",
                           "No simulation starts without it: make room.");
-    app::SimulationMachine machine(std::move(simulator), std::move(*root));
+    SimulationMachine machine(std::move(simulator), std::move(*root));
     machine.guard = programs / "webots-process-guard";
     machine.cache = folder.path() / "cache";
-    if (!app::is_program(machine.guard))
+    if (!is_program(machine.guard))
         co_return untried(concat("there is no program ", machine.guard.string()),
                           "No simulation starts without it: install it with the server.");
-    app::TrialContext context;
+    TrialContext context;
     context.guard = machine.guard;
     context.simulator = machine.simulator.program;
     context.state = machine.instances().parent_path();
     machine.processes = make_process_host(co_await asio::this_coro::executor, machine.guard);
-    machine.trial = co_await app::try_machine(config, std::move(context), *machine.processes, clock);
+    machine.trial = co_await try_machine(config, std::move(context), *machine.processes, clock);
     auto findings = machine.trial.findings;
     if (!machine.trial.outcome || machine.simulator.program.empty() || config.slurm)
         co_return findings;
-    auto const started = co_await app::try_start(config, machine, folder.path(), clock);
+    auto const started = co_await try_start(config, machine, folder.path(), clock);
     findings.push_back(started);
     co_return findings;
 }
@@ -148,7 +146,7 @@ CheckWork check_renderer(std::string display)
 {
     Findings findings;
     std::vector<std::string> command{"glxinfo", "-display", std::move(display), "-B"};
-    auto const printed = co_await app::output_of(std::move(command));
+    auto const printed = co_await output_of(std::move(command));
     if (printed || !(printed.error() == errc::not_found))
         findings.push_back(core::judge_renderer(printed));
     co_return findings;
@@ -157,14 +155,14 @@ CheckWork check_renderer(std::string display)
 /// The screen that all simulations draw on; empty: there is none, or each has its own.
 std::string shared_display(SimulationConfig const& config)
 {
-    auto const name = config.display.empty() ? app::environment("DISPLAY") : config.display;
+    auto const name = config.display.empty() ? environment("DISPLAY") : config.display;
     return config.docker || config.slurm || name == "private" || name == "none" ? std::string() : name;
 }
 
 CheckWork check_docker()
 {
     std::vector<std::string> command{"docker", "version", "--format", "{{.Server.Version}}"};
-    auto const version = co_await app::output_of(std::move(command));
+    auto const version = co_await output_of(std::move(command));
     Findings findings{core::judge_docker(version)};
     co_return findings;
 }
@@ -172,7 +170,7 @@ CheckWork check_docker()
 CheckWork check_slurm(fs::path state)
 {
     std::vector<std::string> command{"sinfo", "--noheader", "--format=%P"};
-    auto const partitions = co_await app::output_of(std::move(command));
+    auto const partitions = co_await output_of(std::move(command));
     Findings findings{core::judge_slurm(partitions, state.native())};
     co_return findings;
 }
@@ -181,15 +179,13 @@ using Judge = core::Finding (*)(std::string_view url, result<int> const& answer)
 
 CheckWork check_web_server(std::string url, Judge judge)
 {
-    std::function<result<int>()> const look = [url] { return try_web_server(url, app::answer_limit); };
-    auto const answer = co_await app::aside<int>(look);
+    std::function<result<int>()> const look = [url] { return adapters::try_web_server(url, answer_limit); };
+    auto const answer = co_await aside<int>(look);
     Findings findings{judge(url, answer)};
     co_return findings;
 }
 
 } // namespace
-
-namespace app {
 
 Findings simulator_findings(SimulationConfig const& config, result<core::SimulatorChoice> const& choice)
 {
@@ -221,7 +217,7 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     if (!viewpoint.is_server && config.slurm) {
         auto const& copies = config.slurm->copy_to;
         checks.emplace_back("slurm",
-                            check_slurm(copies.empty() ? app::state_folders(config).front().path : copies));
+                            check_slurm(copies.empty() ? state_folders(config).front().path : copies));
     }
     if (!viewpoint.is_server && !config.docker) {
         auto const choice = find_simulator(config, programs);
@@ -243,29 +239,27 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     co_return findings;
 }
 
-} // namespace app
-
 int diagnose_simulation_server(Arguments const& arguments, fs::path const& programs)
 {
     Findings findings;
-    auto const config = app::read_for_doctor<SimulationConfig>(arguments, parse_simulation_config, findings);
-    if (!config || !app::can_wait(findings))
-        app::report_findings(arguments, std::move(findings), {});
+    auto const config = read_for_doctor<SimulationConfig>(arguments, parse_simulation_config, findings);
+    if (!config || !can_wait(findings))
+        report_findings(arguments, std::move(findings), {});
     auto const port = config->address.port;
-    auto const viewpoint = app::view_from_outside("simulation", port, config->access);
-    auto const seen = app::view_of_service("simulation", arguments, viewpoint.socket);
+    auto const viewpoint = view_from_outside("simulation", port, config->access);
+    auto const seen = view_of_service("simulation", arguments, viewpoint.socket);
     if (seen.is_complete)
-        app::report_findings(arguments, seen.findings, [port, &config](asio::any_io_executor const&) {
-            return app::findings_of_root(wanted_memory(*config), port);
+        report_findings(arguments, seen.findings, [port, &config](asio::any_io_executor const&) {
+            return findings_of_root(wanted_memory(*config), port);
         });
     findings.insert(findings.begin(), seen.findings.begin(), seen.findings.end());
     auto const absolute = absolute_path(programs);
-    app::report_findings(
-        arguments, std::move(findings), [&config, &absolute, &viewpoint](asio::any_io_executor executor) {
-            auto const simulator = app::simulator_findings(*config, app::find_simulator(*config, absolute));
-            return app::examine_simulation_server(*config, absolute, simulator, viewpoint, executor,
-                                                  app::shown_progress());
-        });
+    report_findings(arguments, std::move(findings),
+                    [&config, &absolute, &viewpoint](asio::any_io_executor executor) {
+                        auto const simulator = simulator_findings(*config, find_simulator(*config, absolute));
+                        return examine_simulation_server(*config, absolute, simulator, viewpoint, executor,
+                                                         shown_progress());
+                    });
 }
 
-} // namespace webots_cloud
+} // namespace webots_cloud::app

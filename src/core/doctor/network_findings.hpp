@@ -2,9 +2,9 @@
 // browsers to us.
 #pragma once
 
+#include "certificate_facts.hpp"
 #include "finding.hpp"
 
-#include <webots_cloud/certificate_facts.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/time.hpp>

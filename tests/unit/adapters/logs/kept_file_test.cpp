@@ -1,7 +1,7 @@
 // Files that are replaced as a whole.
 #include "unit_test.hpp"
 
-#include <webots_cloud/kept_file.hpp>
+#include "adapters/logs/kept_file.hpp"
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
@@ -13,6 +13,8 @@
 #include <fstream>
 
 using namespace webots_cloud;
+using adapters::KeptFile;
+using adapters::make_kept_file;
 namespace fs = std::filesystem;
 
 namespace {

@@ -1,6 +1,6 @@
 #include "unit_test.hpp"
 
-#include <webots_cloud/adapters/logs.hpp>
+#include "adapters/logs/line_file.hpp"
 
 #include <boost/asio/io_context.hpp>
 
@@ -9,6 +9,7 @@
 #include <iterator>
 
 using namespace webots_cloud;
+using adapters::make_line_file;
 namespace fs = std::filesystem;
 
 BOOST_AUTO_TEST_SUITE(line_file)

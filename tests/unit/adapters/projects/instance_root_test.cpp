@@ -1,7 +1,7 @@
 // Only directories of this server are cleared at its start. Protocol section 6.5, quirk Q11.
 #include "unit_test.hpp"
 
-#include <webots_cloud/instance_root.hpp>
+#include "adapters/projects/instance_root.hpp"
 
 #include <sys/mount.h>
 #include <sys/stat.h>
@@ -10,6 +10,7 @@
 #include <fstream>
 
 using namespace webots_cloud;
+using adapters::InstanceRoot;
 namespace fs = std::filesystem;
 
 namespace {

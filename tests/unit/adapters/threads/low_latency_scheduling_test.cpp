@@ -1,6 +1,6 @@
 #include "unit_test.hpp"
 
-#include <webots_cloud/daemon.hpp>
+#include "adapters/threads/low_latency_scheduling.hpp"
 
 #include <sched.h>
 #include <sys/resource.h>
@@ -13,6 +13,7 @@
 #include <thread>
 
 using namespace webots_cloud;
+using adapters::use_low_latency_scheduling;
 
 BOOST_AUTO_TEST_SUITE(low_latency_scheduling)
 

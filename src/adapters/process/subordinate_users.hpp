@@ -3,11 +3,8 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
-#include <webots_cloud/export.hpp>
 #include <webots_cloud/simulation_user.hpp>
 #include <webots_cloud/transport/folder_meter.hpp>
-#include <webots_cloud/transport/project_source.hpp>
-#include <webots_cloud/transport/text_files.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -15,7 +12,7 @@
 #include <memory>
 #include <string>
 
-namespace WEBOTS_CLOUD_API webots_cloud {
+namespace webots_cloud::adapters {
 
 /// A user namespace in which such numbers are users, and the server's user is root. The server stays outside:
 /// what it can't do from there to the files of these users, a guard inside does for it.
@@ -58,18 +55,4 @@ make_subordinate_users(std::filesystem::path guard, SubordinateRange range);
 result<std::shared_ptr<SubordinateUsers>> open_pinned_users(std::filesystem::path guard,
                                                             std::filesystem::path const& file);
 
-/// `source`, for projects whose folders belong to such users while a simulation runs. `scratch` is an
-/// existing folder of the server's.
-///
-/// Lifetime: `source` must outlive the object.
-std::unique_ptr<ProjectSource> for_subordinate_users(ProjectSource& source,
-                                                     std::shared_ptr<SubordinateUsers> users,
-                                                     std::filesystem::path scratch);
-
-/// `files`, for such folders: what is written gets there by way of `scratch`.
-///
-/// Lifetime: `files` must outlive the object.
-std::unique_ptr<TextFiles> for_subordinate_users(TextFiles& files, std::shared_ptr<SubordinateUsers> users,
-                                                 std::filesystem::path scratch);
-
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

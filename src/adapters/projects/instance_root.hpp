@@ -2,7 +2,6 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
-#include <webots_cloud/export.hpp>
 
 #include <cstddef>
 #include <filesystem>
@@ -10,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace WEBOTS_CLOUD_API webots_cloud {
+namespace webots_cloud::adapters {
 
 /// What a dead predecessor left.
 struct LeftOvers
@@ -84,4 +83,4 @@ private:
     std::vector<std::string> notices_;
 };
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

@@ -3,22 +3,21 @@
 
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
-#include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <iostream>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-namespace WEBOTS_CLOUD_API webots_cloud {
+namespace webots_cloud::app {
 
 /// A request that the operator makes of a running server with an option of its program.
 struct OperatorCommand
@@ -154,6 +153,11 @@ result<> check_surroundings(Configured<SimulationConfig>& configured, std::files
 /// Prints why a program can't go on, on standard error, a line for each line of the sentence.
 void print_failure(Program const& program, Failure const& failure);
 
+/// Prints the warnings of a configuration and, with `check_config`, that it is good, with its notes.
+void print_remarks(Program const& program, Arguments const& arguments,
+                   std::vector<std::string> const& warnings, std::vector<std::string> const& notes,
+                   bool is_usable);
+
 /// Reads a configuration and prints everything that is wrong with it, or else with the files that it names,
 /// on standard error; with `check_config` also with what the server would use besides.
 ///
@@ -167,28 +171,16 @@ load_config(Program const& program, Arguments const& arguments,
     auto usable = configured ? check_files(*configured, arguments.config) : result<>(configured.error());
     if (usable && arguments.check_config)
         usable = check_surroundings(*configured, arguments.config);
-    if (configured && !arguments.command) // the running server has told them
-        for (auto const& warning : configured->warnings)
-            std::cerr << program.name << ": warning: " << terminal_text(warning) << std::endl;
+    if (configured)
+        print_remarks(program, arguments, configured->warnings, configured->notes, usable.has_value());
     if (!usable) {
         print_failure(program, usable.error());
         return {std::nullopt, exit_usage};
     }
-    if (arguments.check_config) {
-        std::cout << terminal_text(arguments.config.string()) << ": good" << std::endl;
-        for (auto const& note : configured->notes)
-            std::cout << terminal_text(note) << std::endl;
+    if (arguments.check_config)
         return {std::nullopt, exit_ok};
-    }
     return {std::move(*configured), exit_ok};
 }
-
-/// For the thread of an event loop: from now on it waits for a processor as briefly as the kernel allows, and
-/// works in shorter turns for it; its share of the processor stays the same.
-///
-/// Threads and processes that it starts don't inherit that, nor a negative nice value. Without effect on
-/// Linux before 6.12, and where the thread has another scheduling policy than the normal one.
-void use_low_latency_scheduling() noexcept;
 
 /// For the program of a session server, before it has other threads: from now on it can open only the files
 /// that such a server needs, and start no programs.
@@ -209,7 +201,4 @@ int run_daemon(std::string const& name,
 /// The folder of the running program, for what is installed beside it.
 std::filesystem::path program_folder();
 
-/// Our own environment.
-std::vector<std::pair<std::string, std::string>> current_environment();
-
-} // namespace webots_cloud
+} // namespace webots_cloud::app

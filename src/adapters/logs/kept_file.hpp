@@ -2,7 +2,6 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
-#include <webots_cloud/export.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -11,7 +10,7 @@
 #include <memory>
 #include <string>
 
-namespace WEBOTS_CLOUD_API webots_cloud {
+namespace webots_cloud::adapters {
 
 /// Thread-safety: one executor.
 class KeptFile
@@ -34,4 +33,4 @@ public:
 /// `limit`: bytes that are read at most.
 std::unique_ptr<KeptFile> make_kept_file(std::filesystem::path path, std::size_t limit);
 
-} // namespace webots_cloud
+} // namespace webots_cloud::adapters

@@ -1,12 +1,11 @@
 // What a certificate says of itself, and whether browsers will believe it.
 #pragma once
 
-#include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <string>
 
-namespace WEBOTS_CLOUD_API webots_cloud {
+namespace webots_cloud::core {
 
 /// One certificate, as its holder shows it.
 struct CertificateFacts
@@ -25,4 +24,4 @@ struct CertificateFacts
     std::string chain_problem;
 };
 
-} // namespace webots_cloud
+} // namespace webots_cloud::core
