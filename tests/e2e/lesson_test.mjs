@@ -85,7 +85,7 @@ test('Run compiles a program in C: what is wrong is marked and nothing runs, and
   await page.goto(server);
   await page.click('.world[href*="patrol_in_c"]');
   await state(page, 'running');
-  await page.click('#show-code');
+  await page.waitForSelector('#programs .lesson li');
   await has(page, 'Drives a robot'); // lines that can't be seen are not in the page
   await write(page, IN_C.replace('wb_robot_step(step)', 'wb_robot_step(stride)'));
   await page.waitForSelector(`#programs ${WRONG_LINE}`);

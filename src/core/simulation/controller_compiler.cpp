@@ -1,5 +1,7 @@
 #include "controller_compiler.hpp"
 
+#include <string_view>
+
 namespace webots_cloud::core {
 
 std::filesystem::path common_makefile(std::filesystem::path const& home)
@@ -20,6 +22,15 @@ std::vector<std::string> compile_command(std::filesystem::path const& make, std:
 std::vector<std::pair<std::string, std::string>> compile_variables(std::filesystem::path const& home)
 {
     return {{"WEBOTS_HOME", home.native()}, {"LC_ALL", "C"}};
+}
+
+std::string without_home(std::string printed, std::filesystem::path const& home)
+{
+    constexpr std::string_view name = "$WEBOTS_HOME";
+    auto const& place = home.native();
+    for (auto at = printed.find(place); at != std::string::npos; at = printed.find(place, at + name.size()))
+        printed.replace(at, place.size(), name);
+    return printed;
 }
 
 } // namespace webots_cloud::core

@@ -20,4 +20,7 @@ std::vector<std::string> compile_command(std::filesystem::path const& make, std:
 /// for them.
 std::vector<std::pair<std::string, std::string>> compile_variables(std::filesystem::path const& home);
 
+/// What a compiler has printed, for a visitor: without the place of `home` on this machine.
+std::string without_home(std::string printed, std::filesystem::path const& home);
+
 } // namespace webots_cloud::core

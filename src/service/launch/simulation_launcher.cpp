@@ -11,6 +11,7 @@
 #include "core/docker/line_budget.hpp"
 #include "core/refusals.hpp"
 #include "core/sandbox/limits.hpp"
+#include "core/simulation/controller_compiler.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/output_budget.hpp"
 #include "core/simulation/port_pool.hpp"
@@ -120,9 +121,9 @@ public:
                       LaunchSpec spec, SimulatorRuntime& runtime, LaunchPlan plan)
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), instance_(std::move(spec.instance)),
-          output_(std::move(spec.output)), runtime_(runtime), plan_(std::move(plan)),
-          through_gateway_(uses_gateway(params, spec)), names_extern_robots_(spec.names_extern_robots),
-          limits_(params.limits),
+          simulator_home_(params.compiler.home), output_(std::move(spec.output)), runtime_(runtime),
+          plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
+          names_extern_robots_(spec.names_extern_robots), limits_(params.limits),
           state_(clock.now(), params.config.start_timeout, params.config.timeout, params.config.extendable)
     {
         if (!plan_.job.empty())
@@ -185,6 +186,7 @@ private:
     Logger log_;
     std::string label_;
     std::filesystem::path instance_;
+    std::filesystem::path simulator_home_; ///< `WEBOTS_HOME` of makefiles.
     std::function<void(std::string_view)> output_;
     SimulatorRuntime& runtime_;
     LaunchPlan plan_;
@@ -320,10 +322,13 @@ asio::awaitable<result<>> RunningSimulation::put_back(std::filesystem::path file
 asio::awaitable<Compilation> RunningSimulation::compile(ControllerSources sources)
 {
     auto spec = runtime_.compiler(plan_, instance_, sources);
-    if (!spec.argv.empty())
-        co_return co_await run_compiler(processes_, clock_, std::move(spec), std::move(sources.name));
-    Compilation compilation;
-    compilation.outcome = core::refused(core::Refused::no_compiler, {{"controller", sources.name}});
+    if (spec.argv.empty()) {
+        Compilation compilation;
+        compilation.outcome = core::refused(core::Refused::no_compiler, {{"controller", sources.name}});
+        co_return compilation;
+    }
+    auto compilation = co_await run_compiler(processes_, clock_, std::move(spec), std::move(sources.name));
+    compilation.output = core::without_home(std::move(compilation.output), simulator_home_);
     co_return compilation;
 }
 

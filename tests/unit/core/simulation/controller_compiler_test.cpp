@@ -29,4 +29,11 @@ BOOST_AUTO_TEST_CASE(makefiles_find_webots_and_messages_are_english)
                 std::vector<std::pair<std::string, std::string>>{{"WEBOTS_HOME", home}, {"LC_ALL", "C"}}));
 }
 
+BOOST_AUTO_TEST_CASE(where_webots_is_on_this_machine_is_nobodys_business)
+{
+    BOOST_TEST(core::without_home("[/opt/webots/a:1] /opt/webots", home) ==
+               "[$WEBOTS_HOME/a:1] $WEBOTS_HOME");
+    BOOST_TEST(core::without_home("fly.c:1:2: error", home) == "fly.c:1:2: error");
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -1117,12 +1117,12 @@ BOOST_AUTO_TEST_CASE(a_controller_in_c_is_compiled_where_there_is_a_compiler)
     auto& fixture = compiled.fixture;
     auto& browser = fixture.start(start_with_editor);
     BOOST_TEST(browser.was_told(R"(compiles: ["fly"])"));
-    fixture.processes.expect().prints("fly.c:3:1: error: no\n").exits(2);
+    fixture.processes.expect().prints("fly.c:3:1: error: no\n/opt/webots/m: no\n").exits(2);
     browser.browser_says(R"({"compile":"fly"})");
     fixture.world.settle();
     BOOST_TEST(fixture.processes.started().back().argv.at(3) == "/instances/1/project/controllers/fly");
     BOOST_TEST(browser.sent.back().starts_with(
-        R"(compiled: {"controller":"fly","output":"fly.c:3:1: error: no","error":)"));
+        R"(compiled: {"controller":"fly","output":"fly.c:3:1: error: no\n$WEBOTS_HOME/m: no","error":)"));
     BOOST_TEST(browser.sent.back().find(R"("code":"not-compiled")") != std::string::npos);
     fixture.processes.expect().prints("# linking fly\n").exits(0);
     browser.browser_says(R"({"compile":"fly"})");
