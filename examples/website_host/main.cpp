@@ -3,29 +3,20 @@
 // server fetches from it what they have changed.
 #include "configuration.hpp"
 #include "page.hpp"
-#include "website.hpp"
+#include "serve.hpp"
 
-#include <webots_cloud/adapters.hpp>
-
-#include <boost/asio/bind_cancellation_slot.hpp>
-#include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/signal_set.hpp>
-#include <boost/asio/thread_pool.hpp>
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 
 #include <fcntl.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <optional>
 
 using namespace website_host;
-namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using webots_cloud::errc;
 using webots_cloud::Failure;
@@ -99,68 +90,6 @@ result<std::string> read_or_make_key(fs::path const& path)
     return key;
 }
 
-asio::awaitable<result<>> serve(asio::any_io_executor executor, webots_cloud::HttpServerParams params,
-                                Website& website, webots_cloud::Logger log)
-{
-    auto const server = webots_cloud::make_http_server(executor, params, log);
-    if (auto const listening = server->listen(); !listening)
-        co_return listening.error();
-    std::cout << "listening on port " << server->port() << std::endl;
-    auto const ended = co_await server->run(website);
-    co_return ended;
-}
-
-/// Returns: the exit status.
-int serve_until_signal(webots_cloud::HttpServerParams const& params, Website& website,
-                       webots_cloud::Logger const& log)
-{
-    ::prctl(PR_SET_DUMPABLE, 0);   // simulations of the same user must not trace it
-    std::signal(SIGPIPE, SIG_IGN); // a browser that leaves
-    asio::io_context context(1);
-    asio::cancellation_signal stop;
-    asio::signal_set signals(context, SIGINT, SIGTERM);
-    signals.async_wait([&](boost::system::error_code cancelled, int) {
-        if (!cancelled)
-            stop.emit(asio::cancellation_type::terminal);
-    });
-    int status = exit_failed;
-    auto const ended = [&](std::exception_ptr failure, result<> const& outcome) {
-        signals.cancel();
-        if (failure)
-            std::rethrow_exception(failure);
-        if (outcome || outcome.error().code() == asio::error::operation_aborted)
-            status = exit_ok;
-        else
-            complain(outcome.error().message());
-    };
-    asio::co_spawn(context, serve(context.get_executor(), params, website, log),
-                   asio::bind_cancellation_slot(stop.slot(), ended));
-    context.run();
-    return status;
-}
-
-int run(Configuration configuration, Page page, std::string key)
-{
-    std::error_code failed;
-    fs::create_directories(configuration.users_folder, failed);
-    webots_cloud::OwnFiles files; // all else is in memory by now
-    files.write.push_back(fs::absolute(configuration.users_folder));
-    if (auto const confined = webots_cloud::confine_to_files(files); !confined)
-        std::cout << "This server is not confined to its files: " << confined.error().message() << '.'
-                  << std::endl;
-    auto const log = webots_cloud::make_logger(webots_cloud::LogParams()); // on standard output
-    if (!log)
-        return complain(log.error().message());
-    webots_cloud::HttpServerParams params;
-    params.address = configuration.address;
-    params.port = configuration.port;
-    asio::thread_pool disk(1);
-    Website website(std::move(configuration), std::move(page), std::move(key), disk, *log);
-    int const status = serve_until_signal(params, website, *log);
-    disk.join();
-    return status;
-}
-
 } // namespace
 
 int main(int argc, char** argv)
@@ -199,5 +128,9 @@ int main(int argc, char** argv)
     auto key = read_or_make_key(configuration->key_file);
     if (!key)
         return complain(key.error().message());
-    return run(*std::move(configuration), *std::move(page), *std::move(key));
+    auto const served = serve(*std::move(configuration), *std::move(page), *std::move(key));
+    if (served)
+        return exit_ok;
+    complain(served.error().message());
+    return exit_failed;
 }
