@@ -157,6 +157,7 @@ bool pin_namespace_of(uid_t user, gid_t group, int place)
     if (error == 0 && !(write_map(owner, "uid_map", user, first) &&
                         write_map(owner, "gid_map", group, first) && pin(owner, place)))
         error = errno;
+    // The owner waits for this, and ends. The namespace stays, as it is pinned.
     close(ends[0]);
     while (owner > 0 && waitpid(owner, nullptr, 0) < 0 && errno == EINTR)
         continue;

@@ -205,6 +205,7 @@ result<core::GitWay> GitDownload::find_folder(core::GitTarget const& target)
     FetchShare::Loan const loan(share_); // for the entries of one folder after the other
     result<> paid;
     std::uint64_t taken = 0;
+    // It can only say that a folder is missing: whether that was for want of memory, `paid` knows.
     auto const lookup = [&](core::GitObjectId const& id) -> std::string const* {
         auto const* const folder = staging_->find(id);
         if (folder && paid)
@@ -219,6 +220,7 @@ result<core::GitWay> GitDownload::find_folder(core::GitTarget const& target)
         return root.error();
     auto way = core::find_git_folder(*root, target.folder, core::GitLayoutLimits(), lookup);
     auto const* const folder = way ? lookup(way->tree) : nullptr;
+    // Without memory a folder only seems to be missing: that is said first.
     if (!paid)
         return paid.error();
     if (!way)
@@ -245,6 +247,7 @@ result<GitDownload::Layout> GitDownload::lay_out_folder(core::GitWay& way)
         auto const* const folder = ask(order_.interrupt) ? staging_->find(id) : nullptr;
         if (folder && paid)
             paid = pay_for_folder(*folder, taken);
+        // The proof keeps each folder once, however many paths lead to it.
         if (folder && paid && !proof_->has_tree(id))
             paid = take_memory(folder->size());
         if (!folder || !paid)
@@ -259,6 +262,7 @@ result<GitDownload::Layout> GitDownload::lay_out_folder(core::GitWay& way)
         return paid.error();
     if (!layout)
         return layout.error();
+    // What the layout might have become was paid for; now it is known what it is.
     FetchBytes spare;
     spare.memory = taken - std::min(taken, memory_of_items(*layout));
     share_.give_back(spare);
@@ -269,7 +273,7 @@ result<GitDownload::Layout> GitDownload::lay_out_folder(core::GitWay& way)
 /// layout so far.
 result<> GitDownload::pay_for_folder(std::string const& folder, std::uint64_t& taken)
 {
-    constexpr std::uint64_t min_entry_size = 27;
+    constexpr std::uint64_t min_entry_size = 27; // mode, blank, zero and digest, without a name
     auto const wanted = (folder.size() / min_entry_size + 1) * max_memory_of_item;
     auto const more = std::min(wanted, memory_of_layout - taken);
     auto paid = take_memory(more);
