@@ -102,6 +102,7 @@ boost::system::error_code Acceptor::take(tcp::socket& socket)
     if (!taken)
         return {errno, boost::system::system_category()};
     boost::system::error_code error(ENOSPC, boost::system::system_category());
+    // Each connection needs a watch of epoll. Without one, another try lets go of one of the reserve.
     bool is_tried = watches_.may_watch();
     for (int i = 0; is_tried && i < max_tries; ++i) {
         socket.assign(protocol_, taken.get(), error);
@@ -119,6 +120,7 @@ bool Acceptor::turn_away()
 {
     if (reserve_ < 0)
         return false;
+    // Accepting takes a descriptor: that one. Unaccepted, the client would wait in vain.
     ::close(reserve_);
     int const turned_away =
         ::accept4(acceptor_.native_handle(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);

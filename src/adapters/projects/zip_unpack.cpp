@@ -88,6 +88,8 @@ result<std::string> read_tail(int file, std::uint64_t size)
     return tail;
 }
 
+/// Writes the entries of an archive below one folder, one after the other, and stops at the first that must
+/// not be.
 class Unpacker
 {
 public:

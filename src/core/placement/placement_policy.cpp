@@ -32,6 +32,7 @@ std::size_t least_committed(PlacementSnapshot const& machines, RandomSource& ran
     if (found == 0)
         return machines.least_committed();
 
+    // Water is poured over the machines, from the lowest up, until it no longer reaches the next one.
     std::array<double, PlacementSnapshot::max_lowest> bottom;
     std::array<double, PlacementSnapshot::max_lowest> width; // sessions per percent of score
     double level = 0;
@@ -48,6 +49,7 @@ std::size_t least_committed(PlacementSnapshot const& machines, RandomSource& ran
         widths += width[wet];
         level = volume / widths;
     }
+    // A drop falls anywhere into it: the machine that it falls on is chosen.
     double drop = random.uniform() * unseen;
     for (std::size_t machine = 0; machine != wet; ++machine) {
         drop -= (level - bottom[machine]) * width[machine];
