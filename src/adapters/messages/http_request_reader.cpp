@@ -237,6 +237,7 @@ HttpRequestReader::Progress HttpRequestReader::parse()
         if (newline - 1 > max_request_line)
             return refuse(414);
         line_ = newline + 1;
+        // A head without fields ends with the end of this line.
         seen_ = newline - 1;
         // The fields are still to come: no need to wait for them when the request line is malformed.
         if (line_ == text.size())
@@ -248,6 +249,7 @@ HttpRequestReader::Progress HttpRequestReader::parse()
     auto const fields = (is_complete ? end + 2 : text.size()) - line_;
     if (fields > max_header_size)
         return refuse(431);
+    // Of its end, three of four bytes may have come.
     seen_ = text.size() - std::min<std::size_t>(3, text.size());
     if (!is_complete)
         return Progress::need_more;
