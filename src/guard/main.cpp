@@ -148,7 +148,7 @@ using webots_cloud::guard::now_ms;
 using webots_cloud::guard::Program;
 using webots_cloud::guard::Started;
 
-constexpr long max_cleanup_ms = 60'000;
+constexpr long max_cleanup_ms = 60'000; // then the command is killed
 constexpr long copy_removal_ms =
     5'000; // beyond the grace, for a guard elsewhere that removes what it has received
 constexpr int descriptor_of_users = 3; // of a user namespace, with --subordinate

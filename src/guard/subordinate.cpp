@@ -30,7 +30,7 @@ namespace {
 
 // 0x74000000 to 0x77FFFFFF: beside those of simulations of root's servers (core/sandbox/simulation_user.cpp).
 constexpr unsigned first_pinned = 0x7400'0000;
-constexpr unsigned ranges = 1024;
+constexpr unsigned ranges = 1024;             // the one of a user follows from its number
 constexpr unsigned users_of_range = 0x1'0000; // one for each port
 constexpr char const* pinned = ".users";      // after the name of the folder
 constexpr int max_mounts = 16;                // on each other

@@ -20,8 +20,8 @@
 namespace webots_cloud::guard {
 namespace {
 
-constexpr int descriptors_for_walk = 32;
-constexpr std::size_t max_authority = 64 * 1024;
+constexpr int descriptors_for_walk = 32;         // for nftw: deeper folders take turns
+constexpr std::size_t max_authority = 64 * 1024; // bytes
 
 User const* receiver = nullptr; // of the files that nftw finds: it passes nothing on
 

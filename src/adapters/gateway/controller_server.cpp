@@ -249,6 +249,8 @@ void ControllerCall::say_last(std::string_view text)
     stream_.shut_down();
 }
 
+/// The port for controllers on other machines. Each connection is a call first, until it is known where it
+/// leads, and then a tunnel.
 class ControllerPort final : public ControllerServer
 {
 public:

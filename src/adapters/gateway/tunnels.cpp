@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t max_bytes_per_turn = 512 * 1024;
 // What a tunnel with little to move costs, compared with one that moves bytes.
 constexpr std::size_t cost_of_a_look = 8 * 1024;
-constexpr int max_events = 128;
+constexpr int max_events = 128; // taken from the kernel at once
 
 // Of a peer that has vanished without a word the kernel tells after two minutes.
 constexpr int keepalive_idle = 60;

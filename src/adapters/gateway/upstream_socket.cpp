@@ -29,7 +29,7 @@ using core::concat;
 namespace {
 
 constexpr auto without_throwing = asio::as_tuple(asio::deferred);
-constexpr auto retry_after = std::chrono::milliseconds(10);
+constexpr auto retry_after = std::chrono::milliseconds(10); // where the broker's queue is full
 
 boost::system::error_code socket_error()
 {

@@ -20,7 +20,7 @@ using core::pkt_line;
 using core::PktLine;
 using LineKind = core::PktLine::Kind;
 
-constexpr std::size_t max_refs = 20'000;
+constexpr std::size_t max_refs = 20'000; // that begin alike
 
 Failure malformed(std::string_view what)
 {

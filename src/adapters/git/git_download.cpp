@@ -72,7 +72,7 @@ std::uint64_t memory_of_items(std::vector<core::GitLayoutItem> const& layout)
 
 std::uint64_t memory_of_files(GitDonors const& donors)
 {
-    constexpr std::uint64_t each = 224;
+    constexpr std::uint64_t each = 224; // bytes: an entry of the map, and its file
     std::uint64_t bytes = 0;
     for (auto const& [id, file] : donors.files)
         bytes += each + file.path.size() + file.pointer.size();
@@ -160,7 +160,7 @@ result<> GitDownload::find_worlds(core::GitTarget const& target)
 
 std::vector<core::GitObjectId> GitDownload::missing_worlds() const
 {
-    constexpr std::size_t read_worlds = 100;
+    constexpr std::size_t read_worlds = 100; // more are listed without title and text
     std::vector<core::GitObjectId> missing;
     std::unordered_set<core::GitObjectId, core::GitObjectIdHash> seen;
     for (auto const& world : worlds_)
@@ -285,7 +285,7 @@ result<> GitDownload::pay_for_folder(std::string const& folder, std::uint64_t& t
 /// For the entries of a folder that is looked into on the way; `taken`: for the largest so far.
 result<> GitDownload::pay_for_entries(std::string const& folder, std::uint64_t& taken)
 {
-    constexpr std::uint64_t growth = 4;
+    constexpr std::uint64_t growth = 4; // from the text of a tree to its entries
     auto const wanted = std::min(growth * folder.size(), max_memory_of_entries);
     if (wanted <= taken)
         return {};

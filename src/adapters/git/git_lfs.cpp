@@ -73,6 +73,7 @@ mode_t mode_of(Kind kind)
 
 } // namespace
 
+/// The large files of one checkout: found, paid for, fetched, and put in the place of their pointers.
 class LfsFetch
 {
 public:

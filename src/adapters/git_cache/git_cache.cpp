@@ -86,7 +86,7 @@ std::optional<core::GitTarget> proven_target(fs::path const& folder, GitIndex co
     return target;
 }
 
-constexpr std::uint64_t max_ref_size = 4096;
+constexpr std::uint64_t max_ref_size = 4096; // a commit, a path and a number
 
 /// What a ref meant last, and the key of that project.
 struct RefMeant
@@ -239,7 +239,7 @@ void GitCache::scan()
 /// What the refs mean whose folders are still there.
 void GitCache::list_projects()
 {
-    constexpr std::size_t max_files = 10'000;
+    constexpr std::size_t max_files = 10'000; // of refs, that are read
     std::vector<std::pair<fs::file_time_type, std::uint32_t>> found;
     std::error_code failed;
     for (auto const& repository : fs::directory_iterator(folder_ / "repositories", failed))
@@ -398,7 +398,7 @@ bool GitCache::knows(std::string const& url, core::GitObjectId const& commit) co
 
 std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
 {
-    constexpr std::size_t max = 4;
+    constexpr std::size_t max = 4; // those used last
     auto const home = repository(url);
     std::vector<std::pair<fs::file_time_type, std::string>> paths;
     {

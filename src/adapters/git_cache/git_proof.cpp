@@ -14,7 +14,7 @@ namespace webots_cloud::adapters {
 namespace {
 
 using core::concat;
-constexpr std::size_t left_out = 50'000;
+constexpr std::size_t left_out = 50'000; // as many as a layout may have
 
 using Objects = std::unordered_map<core::GitObjectId, std::string, core::GitObjectIdHash>;
 

@@ -19,8 +19,8 @@ namespace {
 // in memory until what they are based on is there.
 constexpr std::uint64_t max_size_in_memory = std::uint64_t{1} << 20;
 constexpr std::uint64_t max_delta_memory = std::uint64_t{256} << 20;
-constexpr std::uint32_t max_objects = 1'000'000;
-constexpr std::uint64_t delta_overhead = 256; // to remember it, and to find it by its base
+constexpr std::uint32_t max_objects = 1'000'000; // of one pack
+constexpr std::uint64_t delta_overhead = 256;    // to remember it, and to find it by its base
 constexpr std::size_t pack_header_size = 12;
 constexpr std::size_t digest_size = 20;
 

@@ -223,6 +223,8 @@ private:
 
 } // namespace
 
+/// What the thread that asks the driver shares with those who read. A driver may hold that thread for ever,
+/// so this may outlive them.
 struct NvidiaGpus::Shared
 {
     explicit Shared(Library found) : library(found) {}

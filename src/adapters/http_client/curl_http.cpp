@@ -25,7 +25,7 @@ namespace {
 using core::concat;
 
 constexpr int max_redirects = 3;
-constexpr std::uint64_t max_other_answer = 64 * 1024;
+constexpr std::uint64_t max_other_answer = 64 * 1024; // of error pages, whose text is not used
 /// Of what surrounds the pieces of a body (lengths, extensions), for each byte of it, and besides.
 constexpr std::uint64_t max_framing_ratio = 8; // a piece of one byte has five
 constexpr std::uint64_t max_framing = 1 << 20;

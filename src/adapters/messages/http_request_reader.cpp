@@ -17,7 +17,7 @@ namespace http = boost::beast::http;
 
 namespace {
 
-constexpr std::size_t read_size = 4096;
+constexpr std::size_t read_size = 4096; // bytes, at once
 // With less, a sender of single bytes would have everything moved for each.
 constexpr std::size_t min_room = 1024;
 constexpr std::size_t max_method = 32;

@@ -48,7 +48,7 @@ using Stream = beast::basic_stream<Protocol>;
 constexpr std::string_view too_long = "its path is too long: set XDG_RUNTIME_DIR to a shorter one";
 constexpr auto patience = std::chrono::seconds(5); // for a request, and for its answer to be taken
 constexpr std::size_t max_answer = 16 * 1024 * 1024;
-constexpr int max_ancestors = 256;
+constexpr int max_ancestors = 256;                            // that are looked up
 constexpr int max_waiting = 8;                                // connections
 constexpr auto pause_after_failure = std::chrono::seconds(1); // to accept one
 

@@ -50,7 +50,7 @@ namespace asio = boost::asio;
 namespace process = boost::process::v2;
 using core::concat;
 
-constexpr std::size_t read_size = 16 * 1024;
+constexpr std::size_t read_size = 16 * 1024; // of output, at once
 
 constexpr std::size_t default_max_processes = 256; // to look at
 
@@ -58,7 +58,7 @@ constexpr std::uint64_t file_size_reserve = 1 << 20; // so that such a file is m
 
 constexpr std::uint64_t process_reserve = 16; // so that an attempt to have more is noticed
 
-constexpr auto wake_interval = std::chrono::milliseconds(250);
+constexpr auto wake_interval = std::chrono::milliseconds(250); // of WakeCalls
 
 /// Repeatedly wakes (SIGCONT) a guard that was told to end: while somebody has it stopped (SIGSTOP), it would
 /// never read its standard input. A running guard is not affected.

@@ -20,7 +20,7 @@ namespace {
 
 using core::concat;
 
-constexpr std::size_t max_printed = std::size_t{1} << 20;
+constexpr std::size_t max_printed = std::size_t{1} << 20; // what follows is read and forgotten
 
 std::string error_text(int number)
 {

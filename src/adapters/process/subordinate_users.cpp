@@ -36,7 +36,7 @@ using std::chrono::steady_clock;
 
 constexpr auto start_limit = std::chrono::seconds(15); // of a machine that has much to do
 constexpr auto run_limit = std::chrono::minutes(1);
-constexpr std::size_t max_output = 4096;
+constexpr std::size_t max_output = 4096;         // what follows is read and forgotten
 constexpr std::uint32_t pinned_users = 0x1'0000; // as guard/subordinate.cpp makes them
 
 Failure system_failure(std::string_view what)

@@ -11,6 +11,7 @@
 namespace webots_cloud::core {
 namespace {
 
+// What one machine may count for, in parts of the mean weight of its priority.
 constexpr double min_weight = 0.1;
 constexpr double max_weight = 10;
 

@@ -23,7 +23,7 @@ using Downloads = std::vector<LfsDownload>;
 constexpr std::size_t max_address_length = 8192;
 constexpr std::size_t max_headers = 32;
 constexpr std::size_t max_header_bytes = 16 * 1024;
-constexpr std::size_t max_words_length = 160;
+constexpr std::size_t max_words_length = 160; // of what a server says of an error
 
 Failure malformed(std::string_view what)
 {

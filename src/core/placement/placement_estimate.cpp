@@ -21,7 +21,7 @@ constexpr double enough_to_disagree = 120;
 constexpr double max_at_once =
     5 * 64 * 64; // that of 64 sessions that come at once: no report has more weight
 
-constexpr int few = 4;
+constexpr int few = 4;                // sessions
 constexpr double other_load = 5;      // percent
 constexpr double whole_strength = 10; // s
 constexpr double min_cost = 0.1;      // percent

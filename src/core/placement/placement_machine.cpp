@@ -22,9 +22,9 @@ constexpr double memory_strength = 60;
 constexpr Duration departure_memory = seconds(240);
 /// In eighths of the placement timeout. Browsers ask for their start a second or two after they were sent.
 constexpr std::size_t counted_lifetime = 3;
-constexpr std::int64_t max_arrivals = 1'000'000;
-constexpr std::uint32_t max_foreign = 100;
-constexpr int max_steps = 1'000'000;
+constexpr std::int64_t max_arrivals = 1'000'000; // that one report may claim
+constexpr std::uint32_t max_foreign = 100;       // of one report, from other session servers
+constexpr int max_steps = 1'000'000;             // no sum overflows
 /// Of one machine: the sum over a fleet must not overflow, whatever machines report.
 constexpr double max_seats = 1e6;
 /// The part of its room that a machine in its slow start has at first.

@@ -13,7 +13,7 @@ namespace {
 constexpr double negligible = 0.02;
 /// Up to this many unseen sessions, the sixteen lowest machines determine the water level.
 constexpr double much = 8;
-constexpr double max_parts = 1 << 20;
+constexpr double max_parts = 1 << 20; // so that it fits into an integer
 
 /// Dahlin's interpretation of stale load: pour the sessions that others have probably placed unseen over the
 /// least loaded machines, as water finds its level, and be like one of them: go to a machine with the

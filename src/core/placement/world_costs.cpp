@@ -23,13 +23,13 @@ constexpr double own_mode = 100;
 constexpr double most_of_world = 60;
 constexpr double most_of_repository = 300;
 constexpr double most_of_fleet = 3000;
-constexpr double most_at_once = 1;
+constexpr double most_at_once = 1; // of one report
 
 constexpr double of_one_world = 4; // what differs by a larger factor counts as this
 constexpr double of_one_repository = 10;
 constexpr double of_any = 50;
 constexpr double enough_to_clip = 0.5; // min
-constexpr double max_relative = 50;
+constexpr double max_relative = 50;    // of the fleet's mean
 constexpr double min_relative = 0.02;
 constexpr double least_processors = 0.001; // or graphics processors, to judge others by
 /// No machine outweighs a fleet by the sessions that it claims to have.
