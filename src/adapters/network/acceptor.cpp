@@ -1,3 +1,5 @@
+// Accepts connections while there are descriptors, and watches of epoll, for them. Those for which there is
+// none are turned away with a descriptor kept for that, instead of being left to wait.
 #include "acceptor.hpp"
 
 #include "core/text.hpp"
