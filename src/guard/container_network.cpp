@@ -116,10 +116,12 @@ bool apply_rules_in(int other, Network const& network)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     OwnAddresses own;
+    // Heard while we are still in the network of the machine: later only the container's could be seen.
     bool const reaches_internet = network.reach == Network::Reach::internet;
     bool const hears = !reaches_internet || own.listen();
     pid_t const process = process_of(container.docker, id);
     int const other = other_network(process);
+    // The rules come before slirp4netns, which opens the way: the container is running already.
     char const* problem = nullptr;
     if (other < 0)
         problem = "it has none of its own";
@@ -182,6 +184,7 @@ void run_beside_container(Program const& program, Execute execute)
     sigaddset(&handled, SIGTERM);
     sigprocmask(SIG_BLOCK, &handled, nullptr);
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
+    // Before compose starts: no start of a container is missed.
     auto const starts = watch_starts(container);
     fcntl(starts.output, F_SETFL, O_NONBLOCK);
     pid_t const main = fork();

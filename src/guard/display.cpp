@@ -343,6 +343,8 @@ void execute_on_display(char const* server, int limit_ms, char** argv)
     bool const has_program = argv[0] != nullptr;
     if (takes_sockets(server))
         display.acceptor = listen_on(display.name);
+    // Unless its socket listens already, the program would find no display yet. Without a program, this is a
+    // trial, and waits for the result.
     bool const waits = display.acceptor < 0 || !has_program;
     if (!(waits ? start_and_wait(server, limit_ms, display) : start_beside(server, limit_ms, display))) {
         std::fflush(stdout);

@@ -315,6 +315,7 @@ int put(char const* from, char const* to, char const* name)
     int const target = folder_of(to, path, true);
     if (target < 0)
         return complain();
+    // Of an attempt that was cut short.
     unlinkat(target, beside, 0);
     int const copy = openat(target, beside, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
     if (copy < 0)

@@ -156,6 +156,7 @@ void add_process(pid_t process, Usage& usage)
         std::sscanf(name_end + 1, " %*c %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %lu %lu %lu %lu %*s %*s %lu",
                     &user, &system, &of_children[0], &of_children[1], &threads) != 5)
         return;
+    // Also of children that have ended: in /proc only their parent's file knows of those.
     usage.processor_ms += (user + system + of_children[0] + of_children[1]) * tick_ms;
     usage.threads += threads;
     std::snprintf(path, sizeof path, "/proc/%d/statm", process);

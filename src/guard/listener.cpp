@@ -52,8 +52,8 @@ Request request_for(std::uint8_t family, std::uint16_t port)
 
 int pause_between_looks(long waited_ms)
 {
-    constexpr long shortest = 1;
-    constexpr long longest = 250;
+    constexpr long shortest = 1;  // ms
+    constexpr long longest = 250; // ms
     return static_cast<int>(std::clamp(waited_ms / 8, shortest, longest));
 }
 

@@ -148,7 +148,7 @@ using webots_cloud::guard::now_ms;
 using webots_cloud::guard::Program;
 using webots_cloud::guard::Started;
 
-constexpr long max_cleanup_ms = 60'000;
+constexpr long max_cleanup_ms = 60'000; // then the command is killed
 constexpr long copy_removal_ms =
     5'000; // beyond the grace, for a guard elsewhere that removes what it has received
 constexpr int descriptor_of_users = 3; // of a user namespace, with --subordinate
@@ -179,10 +179,12 @@ void open_files(Program const& program)
 [[noreturn]] void execute_in_groups(Program const& program)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL); // in case somebody kills the guard itself
+    // A group of its own: what signals that group does not mean us.
     setpgid(0, 0);
     sigprocmask(SIG_SETMASK, &program.signals, nullptr);
     int const nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
     dup2(nothing, STDIN_FILENO);
+    // Standard error of a job is for our own lines.
     if (program.is_job)
         dup2(STDOUT_FILENO, STDERR_FILENO);
     if (program.sent_count > 0 && !webots_cloud::guard::send_files(program.sent, program.sent_count)) {
@@ -252,6 +254,8 @@ void kill_children()
     std::fclose(children);
 }
 
+/// Waits for everything that can happen to a program and its tree, and ends them in time. One thread and one
+/// `poll`: nothing here may wait for anything else.
 class Guard
 {
 public:
@@ -379,6 +383,7 @@ int Guard::wait_time()
 int Guard::watch(int signals)
 {
     for (;;) {
+        // Whatever has woken us: several children may have ended for one SIGCHLD.
         reap();
         if (tree_is_gone_)
             return status_;
@@ -397,6 +402,7 @@ int Guard::watch(int signals)
         if (watched[1].revents != 0)
             read_control();
         if (watched[2].revents != 0) {
+            // A process that has ended stays readable: without this, `poll` would not wait any more.
             owner_ = -1;
             owner_gone_ = true;
             killing_ = true;
@@ -650,6 +656,7 @@ bool receive_project(webots_cloud::guard::Job& job, webots_cloud::guard::JobFold
         sigprocmask(SIG_SETMASK, &program.signals, nullptr);
         webots_cloud::guard::receive_files(job.folder);
     }
+    // No grace, and no control socket: whoever wants the job to end ends this, too.
     Guard guard(receiver, 0, owner);
     guard.watch_job(job, false);
     int const status = guard.watch(signals);
@@ -738,6 +745,8 @@ Started start_tree(Program const& program)
     } else {
         started = webots_cloud::guard::start_in_namespace(program, execute_confined);
     }
+    // A network, a sandbox and displays of its own are no mere wishes: without them the program must not run.
+    // Without namespaces it may.
     if (started.process < 0 && (program.network.is_own() || program.own_sandbox)) {
         std::printf("can't start %s in %s of its own: %s\n", program.argv[0],
                     program.network.is_own() ? "a network" : "a mount namespace",
@@ -792,6 +801,7 @@ int main(int argc, char** argv)
         sigaddset(&handled, number);
     if (program.is_job)
         sigaddset(&handled, SIGUSR1);
+    // Before there is any child: from here on signals wait until they are read.
     sigprocmask(SIG_BLOCK, &handled, &program.signals);
     if (is_probe)
         return probe(program);
@@ -807,6 +817,7 @@ int main(int argc, char** argv)
                     std::strerror(errno));
         return exec_failed;
     }
+    // Opened here, as the process that enters them may not reach these files any more.
     if (!webots_cloud::guard::open_groups(program.limits)) {
         std::printf("can't start %s in its control group: %s\n", program.argv[0], std::strerror(errno));
         return exec_failed;
@@ -824,10 +835,12 @@ int main(int argc, char** argv)
     if (job.last > 0)
         guard.watch_job(job, program.network.is_own());
     int const status = guard.watch(signals);
+    // No process is left: now what was theirs can be taken back and removed.
     lent.take_back();
     folder.remove();
     if (program.network.broker)
         unlink(program.network.broker);
+    // Else the server does that, which still reads what they have counted.
     if (guard.is_abandoned())
         webots_cloud::guard::remove_groups(program.limits);
     if (cleanup_command)

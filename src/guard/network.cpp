@@ -31,7 +31,7 @@
 namespace webots_cloud::guard {
 namespace {
 
-constexpr int slirp_limit_ms = 10'000;
+constexpr int slirp_limit_ms = 10'000; // for slirp4netns to get ready
 
 bool bring_loopback_up()
 {
@@ -194,6 +194,7 @@ void serve(int acceptor, Network const& network, OwnAddresses& own, int report)
     pid_t const server = acceptor >= 0 ? fork() : -1;
     if (server == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
+        // It may have ended before the call above.
         if (getppid() == us)
             pass_on(acceptor, network, report);
         _exit(1);
@@ -234,6 +235,7 @@ NetworkFailure NetworkSetup::complete_inside()
     close(ends_[1]);
     if (!attached)
         return NetworkFailure::slirp;
+    // In force before the program starts, and so before anything uses the way that slirp4netns has opened.
     if (network_.reach == Network::Reach::internet && !apply_rules(network_.ip, network_.rules))
         return NetworkFailure::rules;
     if (network_.reach == Network::Reach::internet && !own_.forbid_all())
@@ -255,6 +257,7 @@ void NetworkSetup::complete_outside(pid_t inside)
 {
     if (!network_.is_own())
         return;
+    // These are for the other side. As long as we had them, too, we would not hear of its end.
     close(ends_[1]);
     close(acceptor_);
     close(report_[1]);

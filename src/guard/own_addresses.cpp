@@ -162,6 +162,7 @@ bool OwnAddresses::forbid(void const* address)
     std::memcpy(request.destination, address, sizeof request.destination);
     if (send(routes_, &request, sizeof request, 0) != static_cast<ssize_t>(sizeof request))
         return false;
+    // The kernel acknowledges with an "error" of number 0.
     alignas(nlmsghdr) char buffer[buffer_size];
     auto const size = receive(routes_, buffer);
     auto* const answer = reinterpret_cast<nlmsghdr*>(buffer);

@@ -169,6 +169,7 @@ void die_with_guard(int report)
     die_with_guard(report); // again: the kernel forgets it when a process gets other rights
     if (argument.own_displays && (mounts & has_own_displays) == 0)
         _exit(1);
+    // Blocked before there is a child, so that none ends unheard; the program gets its own mask back.
     sigset_t watched;
     sigemptyset(&watched);
     sigaddset(&watched, SIGCHLD);
@@ -200,6 +201,7 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
         started.error = errno;
         return started;
     }
+    // Of the guard, as they are outside: the child, in new namespaces, can't know them any more.
     auto const user = geteuid();
     auto const group = getegid();
     auto const number = getpid();
@@ -210,6 +212,7 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
     }
     if (program.network.is_own())
         flags |= CLONE_NEWNET;
+    // The system call itself, as `fork` has no flags: with a null stack it goes on in a copy of this process.
     auto const child =
         static_cast<pid_t>(syscall(SYS_clone, flags | SIGCHLD, nullptr, nullptr, nullptr, nullptr));
     started.error = child < 0 ? errno : EPERM;
@@ -228,6 +231,8 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
     close(ends[1]);
     char working = 0;
     ssize_t size = -1;
+    // The child can't do all by itself: what it needs from outside is done while it waits. Its first word
+    // says what came of it.
     if (child > 0) {
         network.complete_outside(child);
         await_word_of(child, ends[0]);
@@ -244,6 +249,7 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
     }
     if (size == 1)
         started.network_failure = static_cast<NetworkFailure>(working >> failure_shift);
+    // It does not run as it was to: nothing of it may be left before the next combination is tried.
     if (child > 0) {
         kill(child, SIGKILL);
         waitpid(child, nullptr, 0);

@@ -129,6 +129,8 @@ private:
     bool told_ = false;
 };
 
+/// A connection from outside and the one to the program that belongs to it, with what is on its way in both
+/// directions.
 class Connection
 {
 public:
@@ -304,12 +306,14 @@ void relay(int acceptor, int port, int report)
         for (auto const& connection : connections)
             for (auto const& each : connection->interests())
                 watched.push_back(each);
+        // Without room for one more, it waits in the queue of the kernel.
         watched.push_back({connections.size() < max_connections ? acceptor : -1, POLLIN, 0});
         if (poll(watched.data(), watched.size(), -1) < 0)
             continue;
         for (std::size_t i = 0; i < connections.size(); ++i)
             if (!connections[i]->serve(watched[2 * i].revents, watched[2 * i + 1].revents))
                 connections[i].reset();
+        // Only now: `watched` was in the same order.
         connections.erase(std::remove(connections.begin(), connections.end(), nullptr), connections.end());
         if ((watched.back().revents & POLLIN) != 0)
             accept_one(acceptor, port, connections);

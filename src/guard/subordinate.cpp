@@ -30,7 +30,7 @@ namespace {
 
 // 0x74000000 to 0x77FFFFFF: beside those of simulations of root's servers (core/sandbox/simulation_user.cpp).
 constexpr unsigned first_pinned = 0x7400'0000;
-constexpr unsigned ranges = 1024;
+constexpr unsigned ranges = 1024;             // the one of a user follows from its number
 constexpr unsigned users_of_range = 0x1'0000; // one for each port
 constexpr char const* pinned = ".users";      // after the name of the folder
 constexpr int max_mounts = 16;                // on each other
@@ -157,6 +157,7 @@ bool pin_namespace_of(uid_t user, gid_t group, int place)
     if (error == 0 && !(write_map(owner, "uid_map", user, first) &&
                         write_map(owner, "gid_map", group, first) && pin(owner, place)))
         error = errno;
+    // The owner waits for this, and ends. The namespace stays, as it is pinned.
     close(ends[0]);
     while (owner > 0 && waitpid(owner, nullptr, 0) < 0 && errno == EINTR)
         continue;

@@ -93,11 +93,13 @@ bool forbid_system_calls()
 {
     Filter filter;
     filter.load(offsetof(seccomp_data, arch));
+    // Another architecture has other numbers: none of the conditions below would mean what it says.
     filter.give_unless(architecture, refuse_with(ENOSYS));
     filter.load(offsetof(seccomp_data, nr));
     filter.give_from(first_x32_call, refuse_with(ENOSYS));
     for (auto const call : forbidden)
         filter.give_if(call, refuse_with(EPERM));
+    // All others are allowed; of `socket` the family decides.
     filter.give_unless(SYS_socket, SECCOMP_RET_ALLOW);
     filter.load(offsetof(seccomp_data, args)); // the lower half of the first one: both are little-endian
     for (auto const family : socket_families)

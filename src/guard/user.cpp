@@ -20,8 +20,8 @@
 namespace webots_cloud::guard {
 namespace {
 
-constexpr int descriptors_for_walk = 32;
-constexpr std::size_t max_authority = 64 * 1024;
+constexpr int descriptors_for_walk = 32;         // for nftw: deeper folders take turns
+constexpr std::size_t max_authority = 64 * 1024; // bytes
 
 User const* receiver = nullptr; // of the files that nftw finds: it passes nothing on
 
@@ -124,12 +124,14 @@ struct Shown
     bool is_folder = false;
 };
 
+/// Hides what is in a folder under an empty one in memory, through which everybody may go.
 bool cover(std::string const& folder)
 {
     return mount("tmpfs", folder.c_str(), "tmpfs", MS_NOSUID | MS_NODEV,
                  "mode=0711,size=256k,nr_inodes=2k") == 0;
 }
 
+/// Mounts it where it was, below the cover of the folder above it.
 bool place(Shown const& shown)
 {
     for (auto slash = shown.path.find('/', shown.barrier.size() + 1); slash != std::string::npos;
@@ -201,6 +203,8 @@ bool show_to(User const& user)
         shown.opened = open(path, O_PATH | O_CLOEXEC);
         all.push_back(shown);
     };
+    // First everything is opened, as long as there is a way to it; then the ways are covered; then it is put
+    // back in place, where the user can get to it.
     look_at(user.folder);
     for (int i = 0; i < user.visible_count; ++i)
         look_at(user.visible[i]);
@@ -210,6 +214,7 @@ bool show_to(User const& user)
     bool const is_known = getcwd(here, sizeof here) != nullptr;
     std::vector<std::string> covered;
     bool complete = true;
+    // A folder that hides several of them is covered once.
     for (auto const& shown : all) {
         bool is_new = true;
         for (auto const& each : covered)
@@ -225,6 +230,7 @@ bool show_to(User const& user)
         close(shown.opened);
     }
     umask(mask);
+    // What was made on the way is nobody's to change.
     for (auto const& folder : covered)
         mount(nullptr, folder.c_str(), nullptr, MS_REMOUNT | MS_BIND | MS_RDONLY | MS_NOSUID | MS_NODEV,
               nullptr);

@@ -27,6 +27,7 @@ result<> copy_tree(fs::path const& from, fs::path const& to, FetchLimits const& 
         auto const target = to / entry->path().lexically_relative(from);
         if (++files > limits.files)
             return core::refused(core::Refused::too_many_files, {{"max", std::to_string(limits.files)}});
+        // Links, pipes and devices are not copied.
         if (type == fs::file_type::directory) {
             fs::create_directory(target, failed);
         } else if (type == fs::file_type::regular) {

@@ -73,6 +73,7 @@ result<> confine_to_files(OwnFiles const& files)
     auto const version = ::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
     if (version < 1)
         return Failure(errc::unavailable, "this kernel has no Landlock");
+    // Without `refer`, of version 2, no file can be moved from one folder to another.
     if (version < 2 && files.moves_files)
         return Failure(errc::unavailable, "this kernel's Landlock is too old (Linux 5.19 is needed)");
     Ruleset wanted;

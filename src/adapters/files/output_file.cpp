@@ -93,6 +93,7 @@ result<OutputFile> open_output(fs::path const& path, OutputMode mode, mode_t per
         // By now it may be something else again.
         if (output.file && ::fstat(output.file.get(), &status) == 0 && is_ordinary(status))
             return output;
+        // What can't be opened for one of these reasons makes way below.
         if (!output.file && errno != EACCES && errno != EPERM && errno != ELOOP && errno != ENXIO)
             return last_failure();
     }

@@ -31,6 +31,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using core::concat;
 
+// How late the end of an idle tunnel may be noticed.
 constexpr auto controller_sweep_interval = std::chrono::seconds(1);
 constexpr auto controller_accept_pause = std::chrono::milliseconds(100);
 
@@ -109,11 +110,13 @@ void ControllerCall::stop_reading()
 
 asio::awaitable<result<core::ControllerGreeting>> ControllerCall::hear_greeting()
 {
-    constexpr int patience_with_half = 10; // of what has begun, more is to be expected
+    constexpr int patience_with_half = 10; // pauses: of what has begun, more is to be expected
     auto const& params = context_.params;
     auto const latest = std::chrono::steady_clock::now() + params.greeting_timeout;
     std::array<char, core::max_controller_greeting> piece; // NOLINT(*-member-init): filled by reads
     for (;;) {
+        // No mark ends a greeting: one that could be whole is taken as such only when nothing follows for a
+        // while, or the name of its robot might be cut short.
         auto const greeting = core::read_controller_greeting(heard_);
         if (!greeting)
             co_return greeting.error();
@@ -128,6 +131,8 @@ asio::awaitable<result<core::ControllerGreeting>> ControllerCall::hear_greeting(
             heard_.append(piece.data(), got.second);
             continue;
         }
+        // The end of the pause, or of what the controller wants to say; otherwise nobody is left to be
+        // answered.
         bool const has_gone = got.first != asio::error::operation_aborted && got.first != asio::error::eof;
         if (has_gone || heard_.empty())
             co_return Failure(errc::closed);
@@ -160,6 +165,7 @@ asio::awaitable<result<>> ControllerCall::exchange_greetings(ControllerWay const
         co_return reached;
     set_deadline(std::chrono::steady_clock::now() + params.answer_timeout, &ControllerCall::stop_asking);
     auto const greeting = core::greeting_for(way.asks_for);
+    // The answer tells whether the simulator takes this controller, which gets it as it came.
     auto const failed = co_await upstream_.write(greeting);
     if (failed)
         co_return Failure(errc::unreachable, failed.message());
@@ -177,6 +183,7 @@ asio::awaitable<result<>> ControllerCall::exchange_greetings(ControllerWay const
 asio::awaitable<result<>> ControllerCall::ask_simulator(ControllerWay const& way)
 {
     auto const answered = co_await exchange_greetings(way);
+    // A deadline that has passed already, and whose handler waits for its turn, must not cut the tunnel.
     ++deadlines_;
     timer_.cancel();
     if (way.group)
@@ -187,6 +194,7 @@ asio::awaitable<result<>> ControllerCall::ask_simulator(ControllerWay const& way
 asio::awaitable<std::optional<TunnelPlan>> ControllerCall::answer()
 {
     auto const greeting = co_await hear_greeting();
+    // Nobody is there who could be told why.
     if (is_cut_ || (!greeting && greeting.error() == errc::closed))
         co_return std::nullopt;
     if (!greeting) {
@@ -215,6 +223,8 @@ asio::awaitable<std::optional<TunnelPlan>> ControllerCall::answer()
     context_.log.info(LogCause("controller", client_),
                       concat("A controller", core::of_client(client_), " drives ",
                              greeting->robot.empty() ? "a robot" : core::printable(greeting->robot, 100)));
+    // From here on the tunnel owns both connections. The ticket goes along: the simulation's limit counts a
+    // controller for as long as it is connected.
     std::optional<TunnelPlan> plan(std::in_place);
     plan->browser = stream_.release();
     plan->upstream = upstream_.release();
@@ -239,6 +249,8 @@ void ControllerCall::say_last(std::string_view text)
     stream_.shut_down();
 }
 
+/// The port for controllers on other machines. Each connection is a call first, until it is known where it
+/// leads, and then a tunnel.
 class ControllerPort final : public ControllerServer
 {
 public:
@@ -290,6 +302,7 @@ asio::awaitable<result<>> ControllerPort::run()
     co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
     acceptor_.close();
     sweeper_.cancel();
+    // Calls first: until the last of them has ended, each may still open a tunnel.
     for (auto const& [id, call] : calls_)
         call->cut();
     co_await tasks_.join();
@@ -337,6 +350,7 @@ void ControllerPort::admit(tcp::socket socket)
     boost::system::error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored); // each step of a simulation waits for an answer
     auto const id = ++last_id_;
+    // Whoever connects and says nothing gives way to the next one.
     if (auto const oldest = silent_.enter(id, peer.quota_key))
         if (auto const found = calls_.find(*oldest); found != calls_.end())
             found->second->cut();

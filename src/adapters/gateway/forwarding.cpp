@@ -66,6 +66,8 @@ asio::awaitable<result<>> Forwarding::ask()
     if (unsent || is_ended_ || is_late_)
         co_return why(Failure(errc::unreachable, unsent.message()));
     for (;;) {
+        // The head is parsed from its beginning each time, so it lies in one piece, which doubles as needed.
+        // `parse` refuses one that is too large: this comes to an end.
         if (received_ == capacity_) {
             auto const wanted = std::max(first_read, 2 * capacity_);
             auto larger = std::make_unique_for_overwrite<char[]>(wanted);

@@ -18,10 +18,11 @@ namespace {
 
 namespace asio = boost::asio;
 
-constexpr auto patience = std::chrono::seconds(5);
-constexpr std::size_t picture_read = std::size_t{32} << 10;
+constexpr auto patience = std::chrono::seconds(5);          // for all of it: connection, request, picture
+constexpr std::size_t picture_read = std::size_t{32} << 10; // at once
 constexpr std::string_view picture_request = "GET /mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n";
 
+/// Takes the first picture of a simulator's stream, and hangs up.
 class GatewayPictureTaker final : public PictureTaker
 {
 public:

@@ -131,6 +131,7 @@ std::size_t Tunnels::Tunnel::share(Side const& from, Side const& to, std::size_t
 /// Moves a chunk from one side to the other, where it is to be as one message.
 Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& moved)
 {
+    // What is left of the last turn goes first, or bytes would change places.
     moved += flush(to);
     if (to.end.is_broken())
         to.pending = std::string(); // nobody is there to take it
@@ -162,6 +163,8 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         from.is_over = true;
         return Step::again;
     }
+    // A copy looks ahead: what the other side does not take now is read again later, and must not count
+    // twice.
     auto chunks = &from == &upstream_ ? chunks_ : std::nullopt;
     if (chunks)
         got = chunks->take(std::string_view(bytes, got));
@@ -186,12 +189,14 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     bool const is_counted_side = is_counted() && &from == &upstream_;
     if (is_counted_side)
         take_from_rest(sent);
+    // The copy is ahead of what was sent: again, from where we were, as far as that goes.
     if (chunks && sent < got) {
         chunks = chunks_;
         chunks->take(std::string_view(bytes, sent));
     }
     if (chunks) // also where nothing was taken: it may be known now that no chunk follows
         take_chunks(*chunks);
+    // What comes in large pieces, or is known to be long, may be read in larger ones the next time.
     from.is_bulk = got >= small_chunk || (is_counted_side && is_long());
     // What ends a chunked body is written by us, and not known to the kernel yet: no event will tell of it.
     bool const is_ended = chunks && from.is_over;
@@ -233,6 +238,8 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::step(std::size_t& moved)
     auto next = relay(upstream_, browser_, moved);
     if (browser_.end.is_broken())
         return Step::over;
+    // With a known length the browser's connection lives on once all has arrived. If the other server has
+    // ended before that, cutting it is the only way to tell the browser.
     if (is_counted())
         return is_complete() || (upstream_.is_over && rest_ > 0) ? Step::over : next;
     if (is_two_way_) {
@@ -241,6 +248,8 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::step(std::size_t& moved)
                : next == Step::pause || other == Step::pause ? Step::pause
                                                              : Step::wait;
     } else {
+        // The browser has nothing to say here. What it says all the same is read at the end, since unread it
+        // would reset the connection.
         moved += flush(upstream_);
         if (browser_.end.is_shut_down())
             drain_browser();

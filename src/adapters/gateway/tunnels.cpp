@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t max_bytes_per_turn = 512 * 1024;
 // What a tunnel with little to move costs, compared with one that moves bytes.
 constexpr std::size_t cost_of_a_look = 8 * 1024;
-constexpr int max_events = 128;
+constexpr int max_events = 128; // taken from the kernel at once
 
 // Of a peer that has vanished without a word the kernel tells after two minutes.
 constexpr int keepalive_idle = 60;
@@ -86,6 +86,7 @@ Tunnels::Tunnel& Tunnels::add(TunnelPlan plan)
         watched = watched &&
                   ::epoll_ctl(events_.native_handle(), EPOLL_CTL_ADD, side->end.descriptor(), &event) == 0;
     }
+    // Nothing would tell us of its bytes: it ends in its first turn.
     if (!watched)
         tunnel.end();
     schedule(tunnel);
@@ -178,6 +179,8 @@ void Tunnels::turn()
     collect();
     std::size_t work = 0;
     std::size_t done = 0;
+    // As many as there are now: those that want another turn, and what comes meanwhile, wait for the next
+    // one, and the rest of the event loop has its own in between.
     for (auto const count = ready_.size(); done < count && work < max_bytes_per_turn; ++done) {
         auto& tunnel = *ready_[done];
         tunnel.is_scheduled = false;
@@ -202,6 +205,7 @@ void Tunnels::turn()
             break;
         }
     }
+    // Tunnels that had no share of this turn stay in front.
     ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(done));
     if (!ready_.empty())
         arm();
@@ -211,6 +215,7 @@ void Tunnels::turn()
 
 void Tunnels::pause(Tunnel& tunnel)
 {
+    // One timer for all: a tunnel that comes while it runs is woken early, and asks again.
     bool const is_first = paused_.empty();
     if (std::find(paused_.begin(), paused_.end(), &tunnel) == paused_.end())
         paused_.push_back(&tunnel);
@@ -230,6 +235,7 @@ void Tunnels::pause(Tunnel& tunnel)
 void Tunnels::bury(Tunnel& tunnel)
 {
     std::erase(paused_, &tunnel);
+    // An event carries the address of its tunnel, and the connection may live on without it.
     for (auto* const side : {&tunnel.browser(), &tunnel.upstream()})
         if (events_.is_open())
             (void)::epoll_ctl(events_.native_handle(), EPOLL_CTL_DEL, side->end.descriptor(), nullptr);

@@ -29,7 +29,7 @@ using core::concat;
 namespace {
 
 constexpr auto without_throwing = asio::as_tuple(asio::deferred);
-constexpr auto retry_after = std::chrono::milliseconds(10);
+constexpr auto retry_after = std::chrono::milliseconds(10); // where the broker's queue is full
 
 boost::system::error_code socket_error()
 {
@@ -99,6 +99,7 @@ asio::awaitable<result<>> UpstreamSocket::connect(Upstream const& upstream)
         reached = co_await connect_through(upstream.broker.string());
     if (!reached)
         co_return reached;
+    // Closed meanwhile: what was opened since then goes, too.
     if (is_closed_) {
         close();
         co_return Failure(errc::closed);
@@ -116,6 +117,7 @@ asio::awaitable<result<>> UpstreamSocket::connect_directly(Upstream const& upstr
     result<Addresses> addresses;
     boost::system::error_code not_numeric;
     auto const address = asio::ip::make_address(upstream.host, not_numeric);
+    // Names need TLS: a certificate says who was reached, a plain connection only what the name service says.
     if (!not_numeric)
         addresses->push_back(address);
     else if (upstream.tls)
@@ -131,6 +133,7 @@ asio::awaitable<result<>> UpstreamSocket::connect_directly(Upstream const& upstr
     for (auto const& each : *addresses) {
         if (is_closed_)
             co_return Failure(errc::closed);
+        // A socket that has failed to connect can't try again; connecting opens a new one.
         boost::system::error_code ignored;
         stream_.socket().close(ignored);
         auto const [error] =
@@ -189,7 +192,8 @@ asio::awaitable<result<>> UpstreamSocket::connect_through(std::string broker)
         broker_.native_non_blocking(true, error);
     if (error)
         co_return unreachable(error);
-    // The queue of those who wait to be accepted may be full: then the kernel has nothing to wait for.
+    // While the queue of those who wait to be accepted is full, the kernel refuses at once (EAGAIN), and no
+    // event tells when there is room.
     while (::connect(broker_.native_handle(), reinterpret_cast<sockaddr const*>(&address), sizeof address) !=
            0) {
         error = socket_error();
@@ -200,6 +204,7 @@ asio::awaitable<result<>> UpstreamSocket::connect_through(std::string broker)
         if (is_closed_)
             co_return Failure(errc::closed);
     }
+    // The broker answers with a socket that is connected to the simulation, or closes this one.
     auto const [waited] =
         co_await broker_.async_wait(asio::local::stream_protocol::socket::wait_read, without_throwing);
     if (waited || is_closed_)

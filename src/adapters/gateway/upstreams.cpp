@@ -53,6 +53,7 @@ result<TlsConnection> Upstreams::begin(Upstream const& upstream)
     auto const context = trust_.context();
     if (!context)
         return context.error();
+    // Sessions were verified by the authorities of then: others are trusted now.
     if (std::exchange(trusted_by_, *context) != *context)
         sessions_.clear();
     TlsConnection tls(SSL_new(*context));

@@ -182,6 +182,7 @@ public:
         std::vector<core::GitRef> refs;
         for (std::size_t i = 0; i < count; ++i) {
             std::string_view const name = heads[i]->name;
+            // An annotated tag is followed by what it points to.
             if (name.ends_with(peeled)) {
                 if (!refs.empty() && refs.back().name == name.substr(0, name.size() - peeled.size()))
                     refs.back().id = object_id(heads[i]->oid);
@@ -287,6 +288,7 @@ result<> Git2Client::fetch(core::GitObjectId const& commit, bool shallow, GitPac
     target.pack = &pack;
     target.progress = &progress;
     transport_.shallow = shallow;
+    // A server of the older versions gives what a ref points to, and nothing else.
     auto const ref =
         std::find_if(refs_.begin(), refs_.end(), [&](core::GitRef const& each) { return each.id == commit; });
     if (ref == refs_.end())

@@ -20,7 +20,7 @@ using core::pkt_line;
 using core::PktLine;
 using LineKind = core::PktLine::Kind;
 
-constexpr std::size_t max_refs = 20'000;
+constexpr std::size_t max_refs = 20'000; // that begin alike
 
 Failure malformed(std::string_view what)
 {
@@ -178,6 +178,7 @@ result<> GitClient::ask(std::string url, std::string body, Sink sink)
     bool stopped_by_sink = false;
     request.stopped_by_sink = &stopped_by_sink;
     auto const status = http_.send(request, limits_);
+    // The sink knows better than the transport why it has stopped that.
     if (!status)
         return stopped_by_sink ? status.error() : about_transport(status.error());
     if (*status == 200)
@@ -239,6 +240,8 @@ result<GitCapabilities> GitClient::capabilities()
 {
     Offer offer;
     core::PktLineDecoder decoder;
+    // An answer that does not consist of git's frames, a web page say, comes to the same as one without git's
+    // first line.
     auto const asked = advertise(framed(decoder, offer));
     if (!asked && !core::fails_as(asked.error(), errc::protocol_error))
         return asked.error();
@@ -256,6 +259,7 @@ result<> GitClient::fetch(GitWants const& wants, GitPackReader& pack, Progress c
         body += pkt_line(concat("filter ", wants.filter, "\n"));
     for (auto const& id : wants.ids)
         body += pkt_line(concat("want ", to_hex(id), "\n"));
+    // `done`: there is nothing to negotiate, as we name nothing that we have.
     body += concat(pkt_line("done\n"), core::pkt_flush);
 
     FetchAnswer answer(pack);

@@ -13,6 +13,7 @@ namespace webots_cloud::adapters {
 
 namespace asio = boost::asio;
 
+/// One fetch, and those who wait for its outcome.
 struct GitCoalescedFetches::CoalescedFetch
 {
     explicit CoalescedFetch(Make const& make) : fetch(make(aborted, progress)) {}
@@ -70,6 +71,7 @@ GitCoalescedFetches::join(std::string key, std::shared_ptr<FetchProgress> progre
     bool const cancelled = co_await async::is_cancelled();
     if (cancelled)
         co_return Failure(asio::error::operation_aborted);
+    // What is under way already is not begun again.
     auto const found = fetches_.find(key);
     auto const shared = found != fetches_.end() ? found->second : start(key, make);
     shared->progress.join(std::move(progress));
@@ -81,7 +83,8 @@ GitCoalescedFetches::join(std::string key, std::shared_ptr<FetchProgress> progre
             break;
     }
     shared->waiting.erase(turn);
-    // The first to leave a finished fetch, or the last to leave one without hope, makes room for a new one.
+    // Whoever leaves a finished fetch, or is the last to leave an unfinished one, takes it off the list: the
+    // next caller begins a new one.
     auto const over = shared->outcome.has_value() || shared->waiting.empty();
     if (auto const current = fetches_.find(key);
         over && current != fetches_.end() && current->second == shared)

@@ -72,7 +72,7 @@ std::uint64_t memory_of_items(std::vector<core::GitLayoutItem> const& layout)
 
 std::uint64_t memory_of_files(GitDonors const& donors)
 {
-    constexpr std::uint64_t each = 224;
+    constexpr std::uint64_t each = 224; // bytes: an entry of the map, and its file
     std::uint64_t bytes = 0;
     for (auto const& [id, file] : donors.files)
         bytes += each + file.path.size() + file.pointer.size();
@@ -160,7 +160,7 @@ result<> GitDownload::find_worlds(core::GitTarget const& target)
 
 std::vector<core::GitObjectId> GitDownload::missing_worlds() const
 {
-    constexpr std::size_t read_worlds = 100;
+    constexpr std::size_t read_worlds = 100; // more are listed without title and text
     std::vector<core::GitObjectId> missing;
     std::unordered_set<core::GitObjectId, core::GitObjectIdHash> seen;
     for (auto const& world : worlds_)
@@ -205,6 +205,7 @@ result<core::GitWay> GitDownload::find_folder(core::GitTarget const& target)
     FetchShare::Loan const loan(share_); // for the entries of one folder after the other
     result<> paid;
     std::uint64_t taken = 0;
+    // It can only say that a folder is missing: whether that was for want of memory, `paid` knows.
     auto const lookup = [&](core::GitObjectId const& id) -> std::string const* {
         auto const* const folder = staging_->find(id);
         if (folder && paid)
@@ -219,6 +220,7 @@ result<core::GitWay> GitDownload::find_folder(core::GitTarget const& target)
         return root.error();
     auto way = core::find_git_folder(*root, target.folder, core::GitLayoutLimits(), lookup);
     auto const* const folder = way ? lookup(way->tree) : nullptr;
+    // Without memory a folder only seems to be missing: that is said first.
     if (!paid)
         return paid.error();
     if (!way)
@@ -245,6 +247,7 @@ result<GitDownload::Layout> GitDownload::lay_out_folder(core::GitWay& way)
         auto const* const folder = ask(order_.interrupt) ? staging_->find(id) : nullptr;
         if (folder && paid)
             paid = pay_for_folder(*folder, taken);
+        // The proof keeps each folder once, however many paths lead to it.
         if (folder && paid && !proof_->has_tree(id))
             paid = take_memory(folder->size());
         if (!folder || !paid)
@@ -259,6 +262,7 @@ result<GitDownload::Layout> GitDownload::lay_out_folder(core::GitWay& way)
         return paid.error();
     if (!layout)
         return layout.error();
+    // What the layout might have become was paid for; now it is known what it is.
     FetchBytes spare;
     spare.memory = taken - std::min(taken, memory_of_items(*layout));
     share_.give_back(spare);
@@ -269,7 +273,7 @@ result<GitDownload::Layout> GitDownload::lay_out_folder(core::GitWay& way)
 /// layout so far.
 result<> GitDownload::pay_for_folder(std::string const& folder, std::uint64_t& taken)
 {
-    constexpr std::uint64_t min_entry_size = 27;
+    constexpr std::uint64_t min_entry_size = 27; // mode, blank, zero and digest, without a name
     auto const wanted = (folder.size() / min_entry_size + 1) * max_memory_of_item;
     auto const more = std::min(wanted, memory_of_layout - taken);
     auto paid = take_memory(more);
@@ -281,7 +285,7 @@ result<> GitDownload::pay_for_folder(std::string const& folder, std::uint64_t& t
 /// For the entries of a folder that is looked into on the way; `taken`: for the largest so far.
 result<> GitDownload::pay_for_entries(std::string const& folder, std::uint64_t& taken)
 {
-    constexpr std::uint64_t growth = 4;
+    constexpr std::uint64_t growth = 4; // from the text of a tree to its entries
     auto const wanted = std::min(growth * folder.size(), max_memory_of_entries);
     if (wanted <= taken)
         return {};

@@ -73,6 +73,7 @@ mode_t mode_of(Kind kind)
 
 } // namespace
 
+/// The large files of one checkout: found, paid for, fetched, and put in the place of their pointers.
 class LfsFetch
 {
 public:
@@ -217,6 +218,7 @@ result<> LfsFetch::fetch_some(std::size_t first, std::size_t count)
     auto const downloads = ask_server(pointers);
     if (!downloads)
         return downloads.error();
+    // A few threads share the batch, this one among them.
     next_ = 0;
     std::vector<std::thread> others;
     auto const work = [&] { receive_in_turn(*downloads, first); };
@@ -287,6 +289,7 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
                                      O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
     if (!to)
         return disk_failure();
+    // The digest of no bytes at all: no server is needed.
     if (pointer.size == 0 && pointer.object == core::empty_lfs_object)
         return {};
     if (from.address.empty())
@@ -316,6 +319,7 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
         return write_all(to.get(), bytes);
     };
     request.may_redirect = [&](std::string const& url) { return may_ask(url); };
+    // A name that may be asked can still lead to an address of this network, unless it is the forge's own.
     request.may_contact = [&](std::string const& url, core::IpAddress const& address) {
         return core::base_of(url) == core::base_of(order_.forge) || address == home_ ||
                core::is_public_address(address);

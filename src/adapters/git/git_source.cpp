@@ -50,6 +50,7 @@ bool on_one_disk(fs::path const& one, fs::path const& other)
            of_one.st_dev == of_other.st_dev;
 }
 
+/// Projects of git forges: a fetch puts a folder into the cache, a checkout hands it out from there.
 class GitSource final : public ProjectSource
 {
 public:
@@ -74,6 +75,8 @@ public:
         if (!cache_.usable())
             co_return core::refused(core::Refused::no_cache);
         auto const executor = co_await asio::this_coro::executor;
+        // While the server is asked what the address means now, what it meant the last time is checked out:
+        // mostly that is still right.
         HeadStart head_start;
         async::TaskGroup meanwhile(executor);
         meanwhile.spawn(try_head_start(order, head_start));
@@ -91,6 +94,8 @@ public:
             co_return obtained.error();
         if (!obtained->notice.empty())
             log_.warning(LogCause("fetch"), obtained->notice);
+        // It was right: nothing is left to do. Or it was another state, which has to go first, as both want
+        // the same directory.
         auto project = std::move(head_start.project);
         if (!project || head_start.snapshot != obtained->snapshot) {
             if (head_start.snapshot)
@@ -224,6 +229,7 @@ private:
             return checkout_.check_out(snapshot, order.directory, order.project.repository, pool_, aborted);
         };
         auto root = check_out();
+        // The cache gives up what nobody uses, where that makes room on the disk that is full.
         auto const too_little = !root && adapters::is_lack_of_room(root.error());
         if (too_little && on_one_disk(order.directory, cache_.folder()) && cache_.make_room() &&
             adapters::remove_tree(order.directory))

@@ -34,8 +34,8 @@ using core::concat;
 
 constexpr std::uint64_t max_index_size = std::uint64_t{128} << 20;
 constexpr std::uint64_t max_proof_size = std::uint64_t{288} << 20; // more than `GitStaging` keeps
-constexpr int max_siblings = 16;
-constexpr std::size_t max_notices = 16; // not taken yet
+constexpr int max_siblings = 16;                                   // servers that are given the same folder
+constexpr std::size_t max_notices = 16;                            // not taken yet
 
 std::string digest_of(std::string_view text)
 {
@@ -86,7 +86,7 @@ std::optional<core::GitTarget> proven_target(fs::path const& folder, GitIndex co
     return target;
 }
 
-constexpr std::uint64_t max_ref_size = 4096;
+constexpr std::uint64_t max_ref_size = 4096; // a commit, a path and a number
 
 /// What a ref meant last, and the key of that project.
 struct RefMeant
@@ -153,6 +153,7 @@ GitCache::~GitCache() = default;
 
 void GitCache::open(fs::path const& folder)
 {
+    // A cache belongs to one server, which keeps its lock: the next one takes `<folder>-1`, and so on.
     for (int sibling = 0; sibling < max_siblings; ++sibling) {
         folder_ = sibling == 0 ? folder : fs::path(concat(folder.string(), "-", std::to_string(sibling)));
         if (folder.empty() || !make_folders()) {
@@ -201,6 +202,7 @@ bool GitCache::restore_folders()
 void GitCache::scan()
 {
     std::error_code failed;
+    // Downloads of the server before us, which nobody goes on with.
     for (auto const& left_over : fs::directory_iterator(folder_ / "incoming", failed))
         remove_tree(left_over.path());
     for (auto const& repository : fs::directory_iterator(folder_ / "repositories", failed)) {
@@ -218,6 +220,7 @@ void GitCache::scan()
             }
             auto const text = read_file(AT_FDCWD, (entry.path() / "index").c_str(), max_index_size);
             auto const index = text ? parse_index(*text) : result<GitIndex>(text.error());
+            // Without both of them nobody can tell what it is: it is fetched again.
             if (!index || !fs::exists(entry.path() / "proof", failed)) {
                 remove_tree(entry.path());
                 continue;
@@ -227,15 +230,16 @@ void GitCache::scan()
             stored.used = fs::last_write_time(entry.path() / "index", failed);
             stored_.emplace(entry.path().string(), stored);
         }
+        // What its refs mean is gone.
         if (stored_.size() == before)
             remove_tree(repository.path());
     }
 }
 
-/// What refs mean that was not removed.
+/// What the refs mean whose folders are still there.
 void GitCache::list_projects()
 {
-    constexpr std::size_t max_files = 10'000;
+    constexpr std::size_t max_files = 10'000; // of refs, that are read
     std::vector<std::pair<fs::file_time_type, std::uint32_t>> found;
     std::error_code failed;
     for (auto const& repository : fs::directory_iterator(folder_ / "repositories", failed))
@@ -278,6 +282,8 @@ GitContent GitCache::load(fs::path const& folder, GitSnapshot& snapshot, Known& 
     GitDigest digest;
     digest.update(*text);
     auto const index_digest = digest.finish();
+    // The first time since the server has started: the proof must lead from the commit to this index. After
+    // that, the digest of the index is enough.
     if (!known.index) {
         auto const target = proven_target(folder, *index);
         if (!target)
@@ -289,6 +295,8 @@ GitContent GitCache::load(fs::path const& folder, GitSnapshot& snapshot, Known& 
         return GitContent::changed;
     snapshot.target = known.target;
     snapshot.files = folder / "files";
+    // Names, sizes and times of change are quickly looked at; contents are read again only where these
+    // differ, or could.
     auto const look = look_at(*index, snapshot.files);
     if (!look)
         return GitContent::changed;
@@ -361,6 +369,7 @@ GitSnapshotPtr GitCache::open_stored(std::string const& url, fs::path const& fol
     }
     auto loaded = std::make_shared<GitSnapshot>();
     auto const content = load(folder, *loaded, known, aborted);
+    // It was read without the lock, and may have been dropped meanwhile.
     std::lock_guard const lock(mutex_);
     auto const found = stored_.find(folder.string());
     if (found == stored_.end() || content == GitContent::unknown)
@@ -389,7 +398,7 @@ bool GitCache::knows(std::string const& url, core::GitObjectId const& commit) co
 
 std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
 {
-    constexpr std::size_t max = 4;
+    constexpr std::size_t max = 4; // those used last
     auto const home = repository(url);
     std::vector<std::pair<fs::file_time_type, std::string>> paths;
     {
@@ -439,6 +448,7 @@ result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::strin
     if (auto const twin = stored_.find(folder.string()); twin != stored_.end())
         if (auto open = twin->second.open.lock())
             return open; // another ref of the same commit was faster
+    // What had this name goes, and the new folder is there at once, as a whole.
     drop(folder);
     if (::rename(incoming.folder().c_str(), folder.c_str()) != 0)
         return disk_failure();

@@ -14,7 +14,7 @@ namespace webots_cloud::adapters {
 namespace {
 
 using core::concat;
-constexpr std::size_t left_out = 50'000;
+constexpr std::size_t left_out = 50'000; // as many as a layout may have
 
 using Objects = std::unordered_map<core::GitObjectId, std::string, core::GitObjectIdHash>;
 
@@ -67,6 +67,7 @@ bool agree(std::vector<core::GitLayoutItem> const& layout, std::vector<GitIndexE
             return false;
         }
     }
+    // The files of the folders above are all there, or none is; links may be missing anyway.
     return entry == entries.end() && !(has_parent_files && lacks_parent_files);
 }
 
@@ -100,6 +101,7 @@ bool is_proven(std::string_view proof, core::GitObjectId const& commit, GitIndex
     auto const folder = proven_folder(proof);
     Objects trees;
     std::optional<core::GitObjectId> root;
+    // Each object is known by the digest that we compute ourselves: what is forged leads nowhere.
     for (auto record = take_record(proof); record; record = take_record(proof)) {
         if (record->kind == 't')
             trees.emplace(id_of("tree", record->bytes), record->bytes);
@@ -113,8 +115,9 @@ bool is_proven(std::string_view proof, core::GitObjectId const& commit, GitIndex
         auto const found = trees.find(id);
         return found == trees.end() ? nullptr : &found->second;
     };
-    core::GitLayoutLimits limits; // more than the index are those that were left out
+    core::GitLayoutLimits limits; // larger than the index, by what was left out
     limits.items = static_cast<std::uint32_t>(2 * index.entries.size() + left_out);
+    // The same steps as after the download, so that they come to the same layout.
     auto way = core::find_git_folder(*root, folder, limits, lookup);
     auto const layout = way ? core::lay_out_git_folder(*way, limits, lookup)
                             : result<std::vector<core::GitLayoutItem>>(way.error());

@@ -55,6 +55,7 @@ bool has_right_mode(GitIndexEntry const& entry, struct stat const& status)
            (!special && executable == (entry.kind == Kind::executable));
 }
 
+/// Adds up the metadata of what a folder holds.
 class Look
 {
 public:

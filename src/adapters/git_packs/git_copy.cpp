@@ -150,6 +150,7 @@ result<> copy_file(int from, char const* from_name, int to, char const* to_name,
 {
     FileDescriptor const source(::openat(from, from_name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     struct stat status;
+    // Of the size that the index says, or the cache was changed, and a copy of it would be wrong, too.
     if (!source || ::fstat(source.get(), &status) != 0 || !S_ISREG(status.st_mode) ||
         static_cast<std::uint64_t>(status.st_size) != size)
         return damaged();

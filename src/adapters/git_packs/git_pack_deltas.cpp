@@ -25,6 +25,7 @@ struct GitPackReader::Resolver
     {
         if (pack.deltas_.empty())
             return {};
+        // A delta names its base by its place in the pack, or by its identifier.
         for (std::size_t i = 0; i < pack.deltas_.size(); ++i) {
             auto const& delta = pack.deltas_[i];
             if (delta.by_offset)
@@ -32,6 +33,7 @@ struct GitPackReader::Resolver
             else
                 by_id.emplace(delta.base_id, i);
         }
+        // It begins with what came whole. Each object that is made may be the base of others.
         for (std::size_t i = 0; i < pack.entries_.size(); ++i)
             if (pack.entries_[i].resolved)
                 waiting.push_back(i);
@@ -46,6 +48,7 @@ struct GitPackReader::Resolver
                 return applied.error();
             made += children.size();
         }
+        // What was not reached is based on something that did not come, or on itself.
         if (made != pack.deltas_.size())
             return malformed_pack("a delta without base");
         return {};
@@ -120,6 +123,7 @@ struct GitPackReader::Resolver
         auto const size = core::delta_result_size(delta.bytes);
         if (!size)
             return size.error();
+        // What it will become is paid for before it is made: some bytes can stand for gigabytes.
         if (*size > max_delta_result)
             return core::refused(core::Refused::repository_objects);
         if (auto const spent = pack.spend(*size); !spent)

@@ -15,10 +15,12 @@
 namespace webots_cloud::adapters {
 namespace {
 
+// In bytes: of a file, which otherwise goes to the disk as it comes, and of all deltas of a pack, which wait
+// in memory until what they are based on is there.
 constexpr std::uint64_t max_size_in_memory = std::uint64_t{1} << 20;
 constexpr std::uint64_t max_delta_memory = std::uint64_t{256} << 20;
-constexpr std::uint32_t max_objects = 1'000'000;
-constexpr std::uint64_t delta_overhead = 256; // to remember it, and to find it by its base
+constexpr std::uint32_t max_objects = 1'000'000; // of one pack
+constexpr std::uint64_t delta_overhead = 256;    // to remember it, and to find it by its base
 constexpr std::size_t pack_header_size = 12;
 constexpr std::size_t digest_size = 20;
 
@@ -152,6 +154,8 @@ result<> GitPackReader::begin_entry(unsigned type, std::uint64_t size)
         return malformed_pack("an object of no known type");
     if (!is_delta_)
         entry_.kind = static_cast<GitObjectKind>(type - pack_commit);
+    // Before any of it is unpacked, what an entry says of its size is paid for; `take_output` holds it to
+    // that.
     if (auto const spent = spend(size); !spent)
         return spent.error();
     if (is_delta_)
@@ -194,6 +198,7 @@ result<bool> GitPackReader::read_body()
             return ended.error();
         return true;
     }
+    // Without progress, more has to arrive.
     return made > 0 || z.avail_in < offered;
 }
 

@@ -21,6 +21,7 @@ using Kind = core::GitTreeEntry::Kind;
 
 constexpr std::uint64_t max_link_length = 1023;
 
+/// Makes the items of a layout below one folder, and writes down what it has made.
 class Unpacker
 {
 public:
@@ -101,6 +102,8 @@ private:
     result<std::uint64_t> place(GitLayoutItem const& item, int folder, char const* name)
     {
         auto const mode = item.kind == Kind::executable ? 0755 : 0644;
+        // The same content may be here already under another name, or in another folder of the cache: then it
+        // is shared.
         if (auto const before = placed_.find(item.id); before != placed_.end())
             return share(before->second, root_, item, folder, name);
         if (auto const donor = donors_.files.find(item.id); donor != donors_.files.end()) {

@@ -113,6 +113,7 @@ void CgroupLimits::apply(HostSample& sample, int processors, std::uint64_t memor
         sample.memory_used =
             std::max(sample.memory_used, memory_percent(group, memory_files[memory_.version - 1], memory));
     double min = processors;
+    // The lowest limit on the way down to our own group is the one that counts.
     for (auto const& group : processors_.folders) {
         auto const limit = processor_limit(group, processors_.version);
         auto const used = processor_use(group, processors_.version);

@@ -20,8 +20,8 @@ namespace webots_cloud::adapters {
 namespace {
 
 constexpr auto look_interval = std::chrono::seconds(1);
-constexpr auto first_look = std::chrono::seconds(3);
-constexpr auto last_look = std::chrono::seconds(2);
+constexpr auto first_look = std::chrono::seconds(3); // that a start waits for
+constexpr auto last_look = std::chrono::seconds(2);  // that an end waits for
 constexpr auto remembered = std::chrono::minutes(1); // of a process that does nothing
 constexpr unsigned max_devices = 64;
 constexpr unsigned max_samples = 1024; // of the processes of one device
@@ -223,6 +223,8 @@ private:
 
 } // namespace
 
+/// What the thread that asks the driver shares with those who read. A driver may hold that thread for ever,
+/// so this may outlive them.
 struct NvidiaGpus::Shared
 {
     explicit Shared(Library found) : library(found) {}
@@ -244,6 +246,7 @@ struct NvidiaGpus::Shared
             changed.notify_all();
             going_on = !changed.wait_for(lock, look_interval, [this] { return stopping; });
         }
+        // Also without any device, or the start would wait for a sample.
         std::lock_guard const lock(mutex);
         looked = done = true;
         changed.notify_all();

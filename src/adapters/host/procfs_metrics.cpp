@@ -39,6 +39,7 @@ std::string value_of(char const* file, std::string_view key, char separator)
     return {};
 }
 
+/// The machine that this process runs on, or its part of it.
 class ProcfsMetrics final : public HostMetrics
 {
 public:

@@ -153,6 +153,8 @@ asio::awaitable<result<HttpResponse>> Connection::exchange(std::string request, 
         if (received > max_answer(body_limit))
             co_return explain(http::error::body_limit);
     }
+    // Bytes that follow the answer belong to none that we have asked for, and would be taken for the next
+    // one.
     reusable_ = parser.keep_alive() && buffer_.size() == 0;
     co_return to_response(parser.release());
 }
@@ -166,6 +168,7 @@ struct IdleConnection
     std::unique_ptr<Connection> connection;
 };
 
+/// Sends a request on the connection that was kept for its URL, or on a new one.
 class BeastClient final : public HttpClient
 {
 public:

@@ -182,9 +182,11 @@ asio::awaitable<result<>> OpenWebSocket::shake_hands(WebSocketRequest const& req
     auto const host = host_field(target);
     auto const [error] =
         co_await stream_.async_handshake(answer, host, target.path, asio::as_tuple(asio::use_awaitable));
+    // The decorator refers to `request`, which does not live as long as the WebSocket.
     stream_.set_option(websocket::stream_base::decorator([](websocket::request_type&) {}));
     if (error)
         co_return handshake_failure(error, answer);
+    // From here on Beast takes this one for the handshake that closes.
     websocket::stream_base::timeout timeout{};
     stream_.get_option(timeout);
     timeout.handshake_timeout = close_timeout;
@@ -278,7 +280,7 @@ void OpenWebSocket::take_written(beast::error_code error)
     outgoing_.pop_front();
     if (!error)
         return write();
-    // Otherwise it is what is read that says why: a close frame may be on its way.
+    // After an error, what is read says why it ended: a close frame may be on its way.
     if (closing_)
         end(Failure(errc::closed));
 }
@@ -344,6 +346,7 @@ void OpenWebSocket::end(Failure why)
     has_ended_ = true;
     end_ = std::move(why);
     queued_bytes_ = 0;
+    // The write that is under way reads from the first message: its handler clears them.
     if (!is_writing_)
         outgoing_.clear();
     closing_deadline_.cancel();
@@ -368,6 +371,7 @@ private:
     std::shared_ptr<OpenWebSocket> socket_;
 };
 
+/// Opens WebSockets: resolves, connects, shakes hands, all before one deadline.
 class BeastWebSocketClient final : public WebSocketClient
 {
 public:
@@ -398,6 +402,8 @@ asio::awaitable<result<std::unique_ptr<Channel>>> BeastWebSocketClient::connect(
     auto addresses = co_await servers_.resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();
+    // A cancellation that came just as a step ended is lost to that step (HACKING.md, "Coroutines"), so each
+    // of them is followed by a look.
     auto const state = co_await asio::this_coro::cancellation_state;
     if (state.cancelled() != asio::cancellation_type::none)
         co_return Failure(asio::error::operation_aborted);

@@ -25,7 +25,7 @@ namespace {
 using core::concat;
 
 constexpr int max_redirects = 3;
-constexpr std::uint64_t max_other_answer = 64 * 1024;
+constexpr std::uint64_t max_other_answer = 64 * 1024; // of error pages, whose text is not used
 /// Of what surrounds the pieces of a body (lengths, extensions), for each byte of it, and besides.
 constexpr std::uint64_t max_framing_ratio = 8; // a piece of one byte has five
 constexpr std::uint64_t max_framing = 1 << 20;
@@ -239,7 +239,9 @@ void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& lim
         curl_easy_setopt(curl_, CURLOPT_SSL_CTX_FUNCTION, on_tls);
         curl_easy_setopt(curl_, CURLOPT_SSL_CTX_DATA, &authorities_);
     }
+    // `CurlHttp::send` follows redirects, and asks first whether it may.
     curl_easy_setopt(curl_, CURLOPT_FOLLOWLOCATION, 0L);
+    // No signals: other threads are at work. No passwords of the server's user: whom we ask is a stranger.
     curl_easy_setopt(curl_, CURLOPT_NOSIGNAL, 1L);
     curl_easy_setopt(curl_, CURLOPT_NETRC, static_cast<long>(CURL_NETRC_IGNORED));
     curl_easy_setopt(curl_, CURLOPT_CONNECTTIMEOUT, 20L);
@@ -275,6 +277,8 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
         curl_easy_setopt(curl_, CURLOPT_PREREQDATA, &exchange);
     }
     auto const code = curl_easy_perform(curl_);
+    // What has stopped it is the better reason: of a limit or a deadline libcurl knows only that a callback
+    // said no.
     if (exchange.outcome.has_error())
         return exchange.outcome.error();
     if (code != CURLE_OK && !exchange.refused_address.empty())
@@ -328,6 +332,7 @@ result<int> CurlHttp::send(CurlRequest const& request, CurlLimits const& limits)
         status = handle->send(request, limits, url, is_away, redirected);
         if (!status || redirected.empty())
             break;
+        // What remains after the last attempt, if that is redirected, too.
         status = Failure(errc::protocol_error, concat(request.peer, " redirects in circles"));
         if (!redirected.starts_with(request.base + "/")) {
             auto const followed = request.may_redirect

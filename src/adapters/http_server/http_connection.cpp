@@ -86,6 +86,7 @@ asio::awaitable<HttpConnection::Outcome> HttpConnection::answer_requests()
             next = co_await forward();
         if (next == Next::tunnel)
             co_return Outcome::tunnel;
+        // Answers to pipelined requests are gathered and sent together, up to a limit.
         bool const may_wait =
             next == Next::request && !body_ && reader_.rest().size() > 0 && out_.size() < flush_size;
         if (!may_wait) {
@@ -123,6 +124,8 @@ void HttpConnection::set_deadline(Duration from_now)
 /// Reads until a request's head is complete; false when the connection is to be closed.
 asio::awaitable<bool> HttpConnection::read_request(Duration patience)
 {
+    // Waiting for a request costs little, so the client may take its time. Once it has begun, one deadline
+    // counts for all of it: else a client could hold on for ever, byte by byte.
     bool has_begun = reader_.has_begun();
     set_deadline(has_begun ? context_.params.header_timeout : patience);
     for (;;) {
@@ -177,15 +180,18 @@ asio::awaitable<bool> HttpConnection::read_body()
         co_return false;
     }
     auto body = std::make_unique<RequestBody>(context_.bodies, quota_key());
+    // What came with the head is the beginning of the body; whatever follows that is the next request.
     auto const begun = reader_.rest().substr(
         0, static_cast<std::size_t>(std::min<std::uint64_t>(length, reader_.rest().size())));
     if (!body->has_room(begun.size())) {
+        // Before we wait for the client to take our answer: others want that memory.
         body.reset();
         co_await refuse(503, "a body, for which there is no memory", no_memory);
         co_return false;
     }
     body->append(begun);
     reader_.skip(begun.size());
+    // RFC 9110, 10.1.1: a client that has begun to send does not wait for permission.
     bool const wants_word = equal_ignoring_case(request.header("Expect"), "100-continue");
     if (wants_word && begun.empty() && !reader_.is_http_1_0())
         out_ += "HTTP/1.1 100 Continue\r\n\r\n";
@@ -242,6 +248,7 @@ HttpConnection::Next HttpConnection::answer()
     ++context_.statistics.requests;
     auto request = reader_.request();
     name_client(request);
+    // A handshake that can't become a WebSocket is refused before the endpoint has any work with it.
     if (wants_websocket(reader_)) {
         if (auto const refusal = refuse_handshake(reader_)) {
             ++context_.statistics.bad_handshakes;
@@ -252,6 +259,7 @@ HttpConnection::Next HttpConnection::answer()
     auto answer = context_.endpoint->respond(request);
     if (auto const* response = std::get_if<HttpResponse>(&answer))
         return give(*response, request);
+    // Only what lasts takes one of the client's places: the answers above do not.
     if (request.upgrade && !admit_client())
         return refuse_connection(429, request);
     if (auto* const forward = std::get_if<Forward>(&answer)) {

@@ -27,7 +27,8 @@ constexpr std::string_view late_gateway =
 
 } // namespace
 
-/// Has another server answer the request.
+/// Has another server answer the request. In this order: connect, ask, give the browser what has come, and
+/// relay the rest in a tunnel, if there is any.
 asio::awaitable<HttpConnection::Next> HttpConnection::forward()
 {
     if (!out_.empty()) { // answers to earlier requests do not wait for another server
@@ -41,6 +42,8 @@ asio::awaitable<HttpConnection::Next> HttpConnection::forward()
         co_return fail_to_forward(Failure(errc::unavailable, "there is no room for one more connection"));
     awaiting_answer_ = true;
     result<> reached;
+    // A kept connection may have been closed just when we used it. Only then there is a second round, with a
+    // new one: nothing of an answer has come, so nothing is asked twice.
     do {
         set_deadline(context_.params.connect_timeout);
         reached = co_await forwarding_->connect();
@@ -58,16 +61,20 @@ asio::awaitable<HttpConnection::Next> HttpConnection::forward()
     auto const next = begin_answer();
     if (next == Next::tunnel)
         co_return next;
+    // Refused after all: the refusal is among what is to be sent.
     if (!forwarding_)
         co_return next;
     bool const is_kept = next == Next::request && forwarding_->may_be_kept();
     auto upstream = forwarding_->upstream();
+    // All of it came with the head: no tunnel is needed.
     if (rest_of_answer_ == 0) {
         if (is_kept)
             keep_upstream(std::move(upstream), forwarding_->release_socket());
         forwarding_.reset();
         co_return next;
     }
+    // The tunnel takes both connections, and gives the browser's back only where all has arrived: without
+    // that, the browser can't tell where the next answer begins.
     auto plan = plan_tunnel();
     plan.length = rest_of_answer_;
     plan.keeps_upstream = is_kept;
@@ -81,11 +88,12 @@ asio::awaitable<HttpConnection::Next> HttpConnection::forward()
     co_return is_cut_ ? Next::close : next;
 }
 
-/// Says so to the browser, and why to the operator.
+/// Tells the browser that it failed, and the operator why.
 HttpConnection::Next HttpConnection::fail_to_forward(Failure const& why)
 {
     auto const destination = forwarding_->destination();
     forwarding_.reset();
+    // Ended, as simulations do: that is no news for the operator.
     if (why != errc::closed)
         context_.log.warning(LogCause("forward", destination),
                              concat("Can't pass a request on to ", destination, ": ", why.message()));
@@ -107,7 +115,8 @@ HttpConnection::Next HttpConnection::begin_answer()
     if (forwarding_->is_in_messages())
         return begin_messages();
     bool const is_lasting = response.body() != Body::none && response.body() != Body::counted;
-    // Handshakes have been counted already.
+    // An answer without a known end holds its connection as a WebSocket does, and counts as one. Handshakes
+    // have been counted already.
     if (is_lasting && !forwarding_->is_upgrade() && !admit_client()) {
         forwarding_.reset();
         return refuse_connection(429, reader_.request());

@@ -32,9 +32,11 @@ using adapters::WebSocketChannel;
 using asio::ip::tcp;
 using core::concat;
 
+// Deadlines are seconds, and are noticed this late at most.
 constexpr auto sweep_interval = std::chrono::seconds(1);
 constexpr int accepted_at_once = 16; // before others have their turn
 constexpr auto accept_pause = std::chrono::milliseconds(20);
+// Between two lines about a lack of room: thousands of connections a second may be refused.
 constexpr auto complaint_interval = std::chrono::minutes(1);
 
 constexpr std::string_view busy_answer =
@@ -64,6 +66,7 @@ struct Conversation
     WebSocketChannel channel;
 };
 
+/// A port of the network with its connections, each in the list of its stage, and what they share.
 class NetworkServer final : public HttpServer
 {
 public:
@@ -179,6 +182,7 @@ asio::awaitable<result<>> NetworkServer::run(Endpoint& endpoint)
     co_await asio::this_coro::throw_if_cancelled(false);
     sweep();
     auto const ended = co_await accept();
+    // Only accepting can be cancelled. What was begun is ended in order.
     co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
     co_await stop();
     co_return ended;
@@ -236,6 +240,7 @@ void NetworkServer::admit(tcp::socket socket)
     Peer peer(address_of(socket), proxies_);
     ConnectionLimit::Ticket ticket;
     bool const is_admitted = limit_.admit(peer.quota_key, ticket);
+    // The client's own limit first: nobody is cut for the sake of one who is refused anyway.
     bool const is_welcome = is_admitted && has_room();
     if (is_admitted && !is_welcome) {
         ++statistics_.refused_no_room;
@@ -246,6 +251,7 @@ void NetworkServer::admit(tcp::socket socket)
     if (!is_welcome) {
         adapters::NetworkStream stream(std::move(socket), nullptr);
         boost::system::error_code ignored;
+        // A client that expects TLS would take a sentence for garbage.
         if (!certificate_)
             stream.try_write(busy_answer, ignored);
         stream.shut_down();
@@ -265,6 +271,7 @@ asio::awaitable<void> NetworkServer::serve(Connections::iterator connection)
         freed_.note(open());
         co_return;
     }
+    // From here on it is not among the first to make room for others.
     active_.splice(active_.end(), silent_, connection);
     auto const outcome = co_await connection->answer_requests();
     if (outcome == HttpConnection::Outcome::tunnel)
@@ -352,6 +359,8 @@ asio::awaitable<void> NetworkServer::stop()
 {
     acceptor_.close();
     sweeper_.cancel();
+    // Those that wait for a request end at once; the others have until `stop_timeout` to finish their
+    // answers.
     for (auto* const connections : {&silent_, &active_})
         for (auto& connection : *connections)
             connection.stop();

@@ -265,6 +265,7 @@ void WebSocketChannel::begin_close(std::uint16_t code, std::string_view reason)
 asio::awaitable<void> WebSocketChannel::finish()
 {
     close();
+    // Handlers that are still to come point to this channel.
     while (!lost_ || awaiting_read_ || awaiting_write_)
         (void)co_await changed_.async_wait(asio::as_tuple(asio::deferred));
 }

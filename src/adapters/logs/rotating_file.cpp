@@ -93,6 +93,7 @@ result<> RotatingFile::append(spdlog::details::log_msg const& message)
 {
     spdlog::memory_buf_t line;
     formatter_->format(message, line);
+    // Another program may have moved the file away: then a new one begins.
     follow_name();
     if (size_ > 0 && size_ + line.size() > max_)
         rotate();

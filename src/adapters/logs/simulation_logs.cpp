@@ -89,6 +89,7 @@ private:
     adapters::FileDescriptor file_;
 };
 
+/// What one simulation prints. It never waits for the disk.
 class FileSimulationLog final : public SimulationLog
 {
 public:
@@ -153,6 +154,7 @@ void remove_outdated(fs::path const& folder, Duration keep, std::size_t max)
         fs::remove(folder / name, failed);
 }
 
+/// The folder of these files. Old ones go when a new one begins, and once a day.
 class FileSimulationLogs final : public SimulationLogs
 {
 public:

@@ -18,9 +18,9 @@ namespace {
 
 // As operators know it: 2026-01-02 03:04:05,678 [INFO   ]  message
 constexpr auto pattern = "%Y-%m-%d %H:%M:%S,%e [%*]  %v";
-constexpr std::size_t file_size = 500'000;
-constexpr int old_files = 10;
-constexpr std::size_t queue_lines = 2048; // a disk that stalls costs old lines, never the event loop
+constexpr std::size_t file_size = 500'000; // bytes
+constexpr int old_files = 10;              // besides the one that is written
+constexpr std::size_t queue_lines = 2048;  // a disk that stalls costs old lines, never the event loop
 
 /// The level as Python prints it, seven wide.
 class PythonLevel final : public spdlog::custom_flag_formatter

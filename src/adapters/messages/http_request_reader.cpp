@@ -17,7 +17,7 @@ namespace http = boost::beast::http;
 
 namespace {
 
-constexpr std::size_t read_size = 4096;
+constexpr std::size_t read_size = 4096; // bytes, at once
 // With less, a sender of single bytes would have everything moved for each.
 constexpr std::size_t min_room = 1024;
 constexpr std::size_t max_method = 32;
@@ -237,6 +237,7 @@ HttpRequestReader::Progress HttpRequestReader::parse()
         if (newline - 1 > max_request_line)
             return refuse(414);
         line_ = newline + 1;
+        // A head without fields ends with the end of this line.
         seen_ = newline - 1;
         // The fields are still to come: no need to wait for them when the request line is malformed.
         if (line_ == text.size())
@@ -248,6 +249,7 @@ HttpRequestReader::Progress HttpRequestReader::parse()
     auto const fields = (is_complete ? end + 2 : text.size()) - line_;
     if (fields > max_header_size)
         return refuse(431);
+    // Of its end, three of four bytes may have come.
     seen_ = text.size() - std::min<std::size_t>(3, text.size());
     if (!is_complete)
         return Progress::need_more;

@@ -103,6 +103,7 @@ CloseCode WebSocketFrameReader::check_header()
     opcode_ = byte(0) & 0x0f;
     bool const is_final = byte(0) & final_bit;
     auto const length = byte(1) & 0x7f;
+    // RFC 6455, 5.2: no extensions were agreed on, clients mask, and other opcodes have no meaning yet.
     if ((byte(0) & reserved_bits) || !(byte(1) & mask_bit) || (opcode_ > binary && opcode_ < close) ||
         opcode_ > pong)
         return CloseCode::protocol_error;
@@ -112,8 +113,10 @@ CloseCode WebSocketFrameReader::check_header()
         for (std::size_t i = 2; i < header_size() - 4; ++i)
             missing_ = missing_ << 8 | byte(i);
     }
+    // Control frames come as a whole, also between the fragments of a message.
     if (is_control())
         return !is_final || missing_ > max_control_size ? CloseCode::protocol_error : CloseCode::none;
+    // Only what has begun can go on, and only what has ended is followed by another message.
     if ((opcode_ == continuation) != (message_opcode_ != 0))
         return CloseCode::protocol_error;
     if (opcode_ != continuation) {

@@ -33,7 +33,7 @@ using core::concat;
 namespace {
 
 constexpr auto resolv_conf = "/etc/resolv.conf";
-constexpr auto resolv_conf_is_good_for = std::chrono::seconds(1);
+constexpr auto resolv_conf_is_good_for = std::chrono::seconds(1); // looked at no more often
 constexpr int first_timeout_ms = 2000;
 constexpr int tries = 3;
 
@@ -229,6 +229,7 @@ struct NameChannel::Library : std::enable_shared_from_this<Library>
         if (socket->wanted.at(kind))
             ::ares_process_fd(channel, kind == 0 ? descriptor : ARES_SOCKET_BAD,
                               kind == 0 ? ARES_SOCKET_BAD : descriptor);
+        // c-ares may have closed it meanwhile, and its number may be another socket's.
         if (is_open())
             wait_for(socket, descriptor);
         wait_for_timeout();
@@ -273,6 +274,7 @@ std::shared_ptr<NameChannel::Library> const& NameChannel::library()
     auto version = version_of(resolv_conf);
     if (library_ && version == version_)
         return library_;
+    // Questions that are under way end on the old channel: c-ares reads the file once for each channel.
     if (library_)
         outdated_.push_back(std::move(library_));
     version_ = std::move(version);

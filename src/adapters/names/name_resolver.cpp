@@ -94,6 +94,7 @@ asio::awaitable<result<Addresses>> NameResolver::resolve(std::string name, TimeP
         co_return record.addresses;
     auto const known = questions_.find(name);
     auto question = known == questions_.end() ? nullptr : known->second;
+    // A name whose servers were slow the last time is not looked up again so soon.
     if (!question && record.is_slow && now < record.next) {
         if (has_addresses(record))
             co_return record.addresses;
@@ -109,6 +110,7 @@ asio::awaitable<result<Addresses>> NameResolver::resolve(std::string name, TimeP
         co_return record.addresses; // the lookup goes on for the next who ask
     if (question->answer && !question->is_slow)
         co_return *question->answer;
+    // The timer is the deadline, and also what the answer wakes us by.
     question->askers.push_back(&timer);
     auto const [cancelled] = co_await timer.async_wait(asio::as_tuple(asio::use_awaitable));
     std::erase(question->askers, &timer);
@@ -179,6 +181,7 @@ void NameResolver::take_answer(std::string const& name, result<Addresses> answer
     record.pause =
         was_prompt ? Duration::zero() : std::clamp(2 * record.pause, params_.first_pause, params_.max_pause);
     record.next = now + record.pause;
+    // A late failure does not take away addresses that have worked; one that came at once does.
     record.addresses = answer ? *answer : was_prompt ? Addresses() : std::move(record.addresses);
     if (answer)
         record.answered = now;

@@ -41,6 +41,7 @@ asio::awaitable<result<Answer>> wait_for(std::shared_ptr<Awaited<Answer>> awaite
                                                 " can't be resolved: no answer in time"));
 }
 
+/// Lookups that each have a deadline of their own: an answer that comes later finds nobody waiting.
 class CaresNameService final : public NameService
 {
 public:

@@ -31,7 +31,7 @@ result<NameAnswer> services_of(std::string const& name, std::span<unsigned char 
         if (ns_rr_type(record) != ns_t_srv || ns_rr_class(record) != ns_c_in)
             continue;
         auto const* const data = ns_rr_rdata(record);
-        constexpr int numbers = 6;
+        constexpr int numbers = 6; // bytes, RFC 2782: priority, weight, port
         std::array<char, NS_MAXDNAME> target{};
         if (ns_rr_rdlen(record) <= numbers ||
             ::ns_name_uncompress(ns_msg_base(message), ns_msg_end(message), data + numbers, target.data(),

@@ -1,3 +1,5 @@
+// Accepts connections while there are descriptors, and watches of epoll, for them. Those for which there is
+// none are turned away with a descriptor kept for that, instead of being left to wait.
 #include "acceptor.hpp"
 
 #include "core/text.hpp"
@@ -102,6 +104,7 @@ boost::system::error_code Acceptor::take(tcp::socket& socket)
     if (!taken)
         return {errno, boost::system::system_category()};
     boost::system::error_code error(ENOSPC, boost::system::system_category());
+    // Each connection needs a watch of epoll. Without one, another try lets go of one of the reserve.
     bool is_tried = watches_.may_watch();
     for (int i = 0; is_tried && i < max_tries; ++i) {
         socket.assign(protocol_, taken.get(), error);
@@ -119,6 +122,7 @@ bool Acceptor::turn_away()
 {
     if (reserve_ < 0)
         return false;
+    // Accepting takes a descriptor: that one. Unaccepted, the client would wait in vain.
     ::close(reserve_);
     int const turned_away =
         ::accept4(acceptor_.native_handle(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);

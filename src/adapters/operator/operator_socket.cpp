@@ -48,7 +48,7 @@ using Stream = beast::basic_stream<Protocol>;
 constexpr std::string_view too_long = "its path is too long: set XDG_RUNTIME_DIR to a shorter one";
 constexpr auto patience = std::chrono::seconds(5); // for a request, and for its answer to be taken
 constexpr std::size_t max_answer = 16 * 1024 * 1024;
-constexpr int max_ancestors = 256;
+constexpr int max_ancestors = 256;                            // that are looked up
 constexpr int max_waiting = 8;                                // connections
 constexpr auto pause_after_failure = std::chrono::seconds(1); // to accept one
 
@@ -126,6 +126,7 @@ std::string refusal(Protocol::socket& socket)
     return {};
 }
 
+/// A Unix socket that only the operator gets an answer on.
 class LocalOperatorSocket final : public OperatorSocket
 {
 public:
@@ -161,6 +162,7 @@ result<> LocalOperatorSocket::listen()
         return failed(last_error());
     if (::stat(folder.c_str(), &found) != 0)
         return failed(last_error());
+    // Anybody who may rename what is in the folder could put a socket of their own in place of ours.
     bool const is_shared = (found.st_mode & (S_IWGRP | S_IWOTH)) != 0 && (found.st_mode & S_ISVTX) == 0;
     if (is_shared || (found.st_uid != 0 && found.st_uid != ::geteuid()))
         return failed("others can replace what is in this folder");
@@ -170,6 +172,7 @@ result<> LocalOperatorSocket::listen()
     acceptor_.open(Protocol(), code);
     if (!code)
         acceptor_.bind(Protocol::endpoint(path_.string()), code);
+    // In time: nobody can connect before `listen`.
     if (!code && ::chmod(path_.c_str(), 0600) != 0)
         code.assign(errno, boost::system::system_category());
     if (!code)

@@ -100,6 +100,7 @@ void ControlGroups::add_parent(ControlGroupsParams const& params, std::string co
 {
     bool const counts_only = controller == core::accounting_controller;
     auto const place = core::find_place(mountinfo, own, controller);
+    // Without the accounting of version 1 only a figure is missing; version 2 counts by itself.
     if (place.version == 0 && !counts_only)
         support_.problem = concat("no control groups are mounted for \"", controller, "\"");
     if (place.version == 0 || (place.version == 2 && counts_only))
@@ -109,9 +110,12 @@ void ControlGroups::add_parent(ControlGroupsParams const& params, std::string co
     parent.version = place.version;
     parent.folder = place.folder;
     if (place.version == 2) {
+        // In version 2 a group that lends controllers to others has no processes of its own. So the server
+        // moves to a group below, and may find itself there already.
         if (parent.folder.filename() == core::server_group)
             parent.folder = parent.folder.parent_path();
         auto problem = prepare(parent.folder, place.mount);
+        // In a container the group of the server may be out of reach, but not the root of what is mounted.
         if (!problem.empty() && params.may_use_root && parent.folder != place.mount &&
             prepare(place.mount, place.mount).empty()) {
             parent.folder = place.mount;
@@ -162,6 +166,7 @@ void ControlGroups::remove_stale()
         std::error_code failed;
         for (auto const& entry : fs::directory_iterator(parent.folder, failed)) {
             int const server = core::server_of_group(entry.path().filename().native());
+            // Before we have made any, a group with our number is that of a server that has died.
             bool const is_own = server == process_ && made_ > 0;
             if (server == 0 || is_own || (server != process_ && is_alive(server)))
                 continue;
@@ -212,6 +217,7 @@ result<ControlGroups::Group> ControlGroups::make(ProcessLimits const& limits)
     for (auto const& parent : parents_) {
         auto const folder = parent.folder / name;
         auto problem = make_folder(folder);
+        // In version 2 all controllers have the same folder.
         if (problem.empty())
             add_once(group.folders, folder);
         for (auto const& file : core::limit_files(parent.version, parent.controller, limits)) {

@@ -74,6 +74,7 @@ asio::awaitable<result<std::string>> probe_guard(std::filesystem::path guard,
         co_return Failure(errc::start_failed,
                           concat(guard.string(), " can't be started: ",
                                  std::error_code(failure, std::generic_category()).message()));
+    // Else our own end would keep the output open when the guard's is closed.
     output_end.close(error);
     process::process running(executor, id);
     auto answer = co_await async::with_deadline(clock, clock.now() + probe_patience, read_all(output));

@@ -50,7 +50,7 @@ namespace asio = boost::asio;
 namespace process = boost::process::v2;
 using core::concat;
 
-constexpr std::size_t read_size = 16 * 1024;
+constexpr std::size_t read_size = 16 * 1024; // of output, at once
 
 constexpr std::size_t default_max_processes = 256; // to look at
 
@@ -58,7 +58,7 @@ constexpr std::uint64_t file_size_reserve = 1 << 20; // so that such a file is m
 
 constexpr std::uint64_t process_reserve = 16; // so that an attempt to have more is noticed
 
-constexpr auto wake_interval = std::chrono::milliseconds(250);
+constexpr auto wake_interval = std::chrono::milliseconds(250); // of WakeCalls
 
 /// Repeatedly wakes (SIGCONT) a guard that was told to end: while somebody has it stopped (SIGSTOP), it would
 /// never read its standard input. A running guard is not affected.
@@ -122,6 +122,7 @@ struct InspectionThreads
     adapters::BlockingPool limits{1};
 };
 
+/// Whether the processes below `root` listen, and where: work for a thread that may wait.
 struct FindPort
 {
     std::uint16_t operator()() const
@@ -142,6 +143,8 @@ struct FindPort
     std::string broker; ///< Not empty: the Unix socket that the guard listens on in place of the port.
 };
 
+/// What the processes below `root` use: by /proc, and where they have control groups, by the kernel's own
+/// counters, which also know of those that have ended.
 struct TakeUsage
 {
     ProcessUsage operator()() const
@@ -202,6 +205,7 @@ asio::awaitable<ProcessUsage> take_usage(std::shared_ptr<InspectionThreads> insp
     co_return co_await inspection->usage.run(work);
 }
 
+/// `end_writers`, for a thread that may wait.
 struct EndWriters
 {
     bool operator()() const
@@ -291,6 +295,7 @@ private:
     bool is_taken_ = false;
 };
 
+/// A program below its guard, which is all that we see of it besides the output.
 class GuardedProcess final : public Process
 {
 public:
@@ -397,6 +402,7 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
         co_return ProcessEvent(*status_);
     if (report_ && report_->take())
         co_return ProcessEvent(ProcessListens());
+    // The output first, to its end, and only then the status: a program's last words come before its end.
     if (output_.is_open()) {
         orphans_->watch();
         if (report_)
@@ -406,6 +412,8 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
         orphans_->rest();
         if (report_)
             report_->rest();
+        // Three have reason to cancel the read: the report of the guard, `orphans_`, and the caller. Only
+        // what is left is the caller's.
         if (error == asio::error::operation_aborted && report_ && report_->take())
             co_return ProcessEvent(ProcessListens());
         if (error == asio::error::operation_aborted && !orphans_->are_out_of_reach())
@@ -485,6 +493,7 @@ private:
     adapters::FileDescriptor socket_;
 };
 
+/// Starts programs on this machine, each below a guard.
 class LocalProcessHost final : public ProcessHost
 {
 public:
@@ -603,6 +612,7 @@ std::vector<std::string> LocalProcessHost::guard_arguments(ProcessSpec const& sp
         arguments.push_back(std::to_string(spec.cleanup_command.size()));
         arguments.insert(arguments.end(), spec.cleanup_command.begin(), spec.cleanup_command.end());
     }
+    // What comes before this is for our own guard, also where the program is started elsewhere.
     auto const cleanup_size = arguments.size();
     if (spec.user && spec.user->user_namespace >= 0)
         arguments.emplace_back("--subordinate");
@@ -634,6 +644,7 @@ std::vector<std::string> LocalProcessHost::guard_arguments(ProcessSpec const& sp
 
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
 {
+    // What the guard can't execute would be known by its exit status alone: so it is said before.
     for (auto const& program : {guard_.string(), spec.argv.at(0)})
         if (::access(program.c_str(), X_OK) != 0)
             co_return Failure(errc::start_failed,
@@ -689,6 +700,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         co_await pool_.run(std::move(reap));
         co_return guard.error();
     }
+    // `output_end` and `control_end` are closed with this frame. Then only the guard has them, and the end of
+    // the output is the end of the tree.
     co_return std::make_unique<GuardedProcess>(std::move(*guard), std::move(control), std::move(output),
                                                inspection_, spec, std::move(group), graphics_);
 }

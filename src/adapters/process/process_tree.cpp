@@ -49,6 +49,7 @@ void add_children_of_threads(pid_t process, std::size_t max, std::size_t& thread
     add_children(tasks + "/" + id, max, tree);
     struct stat status
     {};
+    // Most processes have one thread, which the number of folders tells without reading them.
     if (::stat(tasks.c_str(), &status) != 0 || status.st_nlink <= links_of_folder + 1)
         return;
     std::unique_ptr<DIR, int (*)(DIR*)> const listing(::opendir(tasks.c_str()), &::closedir);

@@ -138,6 +138,7 @@ std::uint64_t own_share(pid_t process)
 /// shows that.
 std::uint64_t counted_memory(std::vector<pid_t> const& processes, std::uint64_t enough)
 {
+    // Three looks, each slower than the one before, and only where that could not tell that it is little.
     std::uint64_t own = 0;
     for (auto const process : processes)
         own += own_memory(process);

@@ -20,7 +20,7 @@ namespace {
 
 using core::concat;
 
-constexpr std::size_t max_printed = std::size_t{1} << 20;
+constexpr std::size_t max_printed = std::size_t{1} << 20; // what follows is read and forgotten
 
 std::string error_text(int number)
 {
@@ -69,6 +69,7 @@ result<ProgramEnd> run_program(std::vector<std::string> const& command, Duration
     if (failure != 0)
         return Failure(errc::start_failed,
                        concat(command.front(), " can't be started: ", error_text(failure)));
+    // Else our own end would keep the output open when the program's is closed.
     input_end = FileDescriptor();
     ProgramEnd end;
     bool const has_ended = read_until(std::chrono::steady_clock::now() + limit, output_end.get(), end.output);

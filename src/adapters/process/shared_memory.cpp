@@ -202,6 +202,7 @@ std::string link_of(std::string_view range)
     return {text.data(), last};
 }
 
+/// Adds up what is memory, and counts each piece once, however many processes use it.
 class SharedMemoryLook
 {
 public:
@@ -391,6 +392,8 @@ std::uint64_t machine_shared_memory()
 
 SharedMemory shared_memory(std::vector<pid_t> const& processes)
 {
+    // In this order: what is in file systems counts with them as a whole, what is open by its file, and only
+    // the rest by what is mapped of it, of which less is known.
     SharedMemoryLook all;
     for (auto const process : processes)
         all.add_file_systems(process);

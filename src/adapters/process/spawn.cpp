@@ -26,6 +26,7 @@ std::pair<int, pid_t> Spawn::operator()() const
     posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
     posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
+    // The guard gets a user namespace as descriptor 3, and nothing else of ours.
     int const first_closed = users < 0 ? STDERR_FILENO + 1 : STDERR_FILENO + 2;
     if (users >= 0)
         posix_spawn_file_actions_adddup2(&actions, users, STDERR_FILENO + 1);

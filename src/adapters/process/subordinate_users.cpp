@@ -36,7 +36,7 @@ using std::chrono::steady_clock;
 
 constexpr auto start_limit = std::chrono::seconds(15); // of a machine that has much to do
 constexpr auto run_limit = std::chrono::minutes(1);
-constexpr std::size_t max_output = 4096;
+constexpr std::size_t max_output = 4096;         // what follows is read and forgotten
 constexpr std::uint32_t pinned_users = 0x1'0000; // as guard/subordinate.cpp makes them
 
 Failure system_failure(std::string_view what)
@@ -66,6 +66,7 @@ struct GuardRun
         errno = failure;
         if (failure != 0)
             return system_failure(concat(guard.native(), " can't be started"));
+        // Else our own end would keep the output open when the guard's is closed.
         output_end = FileDescriptor();
         std::string text;
         bool const complete = read(output.get(), text);
@@ -131,6 +132,7 @@ FileDescriptor receive_descriptor(int socket)
     return FileDescriptor(received);
 }
 
+/// Has the guard make the user namespace; its descriptor comes over a socket.
 struct MakeNamespace
 {
     result<std::shared_ptr<FileDescriptor const>> operator()() const
@@ -162,6 +164,7 @@ struct MakeNamespace
     SubordinateRange range;
 };
 
+/// The users of one namespace. What only root of that may do is done by a guard that runs for it alone.
 class GuardsUsers final : public SubordinateUsers
 {
 public:

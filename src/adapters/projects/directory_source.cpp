@@ -60,6 +60,7 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
     return fetched;
 }
 
+/// Projects in a folder of this machine, which are copied for each simulation.
 class DirectorySource final : public ProjectSource
 {
 public:

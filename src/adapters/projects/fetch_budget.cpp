@@ -131,7 +131,7 @@ result<> FetchShare::wait_for(FetchBytes const& more)
         int counts;
         std::function<void(bool)> const& tell;
     };
-    constexpr auto pause = std::chrono::milliseconds(20);
+    constexpr auto pause = std::chrono::milliseconds(20); // from one try to the next
 
     auto& budget = *grant_.budget();
     auto const limits = budget.limits();

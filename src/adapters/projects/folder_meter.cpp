@@ -40,6 +40,7 @@ FileDescriptor open_folder(int parent, char const* name)
     return FileDescriptor(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
 }
 
+/// Adds up what is in a folder, until it is known to be enough.
 class Measurement
 {
 public:

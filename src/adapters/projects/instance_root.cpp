@@ -161,6 +161,7 @@ result<InstanceRoot> InstanceRoot::open(fs::path const& state, std::string const
     auto const brokers = open_own_folder(own->get(), root.brokers_, Foreign::set_aside, root.notices_);
     if (!brokers)
         return brokers.error();
+    // Locked before anything is removed: what a running server has in it is no left-over.
     if (::flock(taken->get(), LOCK_EX | LOCK_NB) != 0)
         return Failure(boost::system::error_code(errno, boost::system::system_category()),
                        concat(root.path_.string(), purpose,

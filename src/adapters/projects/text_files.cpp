@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using adapters::FileDescriptor;
 
-constexpr std::uint64_t max_file_size = std::uint64_t{64} << 20;
+constexpr std::uint64_t max_file_size = std::uint64_t{64} << 20; // of one that is read
 
 /// The folder of a file below `root`, and the file's own name.
 struct Place
@@ -171,6 +171,7 @@ struct Write
     std::vector<TextFile> files;
 };
 
+/// On a thread that may wait for the disk.
 class LocalTextFiles final : public TextFiles
 {
 public:

@@ -18,6 +18,7 @@ using core::concat;
 
 constexpr std::size_t judged = 512; // bytes of an answer that tell what it is
 
+/// Nothing of it is left, however this ends.
 result<FileDescriptor> make_nameless_file(int folder)
 {
     constexpr auto* name = ".download";

@@ -197,6 +197,7 @@ private:
     std::vector<std::string> forbidden_; ///< What the archive has beside the project, for its author.
 };
 
+/// Projects of websites: decides what is to be done (`plan_website_project`), and does it on threads.
 class WebsiteSource final : public ProjectSource
 {
 public:

@@ -88,6 +88,8 @@ result<std::string> read_tail(int file, std::uint64_t size)
     return tail;
 }
 
+/// Writes the entries of an archive below one folder, one after the other, and stops at the first that must
+/// not be.
 class Unpacker
 {
 public:
@@ -161,7 +163,7 @@ private:
     /// One more file or folder, with what it takes however small it is.
     result<> count(std::string_view path)
     {
-        constexpr std::uint64_t remembered = 128;
+        constexpr std::uint64_t remembered = 128; // bytes, besides its path
         if (++entries_ > limits_.entries)
             return core::refused(core::Refused::too_many_files, {{"max", std::to_string(limits_.entries)}});
         FetchBytes price;

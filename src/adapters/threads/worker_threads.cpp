@@ -80,6 +80,8 @@ void WorkerThreads::work()
             enqueue(nullptr); // for the others
             return;
         }
+        // The last idle thread starts another before it is busy, so that no job waits while there may be more
+        // threads.
         if (--idle_ == 0) {
             try {
                 start_another();

@@ -92,6 +92,7 @@ result<core::CertificateFacts> read_certificate(std::filesystem::path const& cer
     while (auto above = next())
         if (chain && sk_X509_push(chain.get(), above.get()) > 0)
             (void)above.release();
+    // Reading on to the end of the file has left an error.
     ERR_clear_error();
     auto const trust = load_trust(authorities);
     if (!trust)

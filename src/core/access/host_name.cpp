@@ -85,6 +85,8 @@ std::string punycode(Characters const& characters)
     auto next = first_beyond_ascii;
     std::uint32_t delta = 0;
     auto bias = initial_bias;
+    // Each round inserts the least of the characters that are left, wherever it occurs. `delta` counts the
+    // places and characters that were passed over since the last one.
     for (auto handled = basic; handled < characters.size(); ++delta, ++next) {
         auto least = UINT32_MAX;
         for (auto const character : characters)

@@ -103,10 +103,13 @@ TicketVerdict TicketBook::redeem(std::string_view ticket, WallTime now)
         now + std::chrono::duration_cast<WallTime::duration>(ticket_lifetime + max_clock_difference);
     if (expiry < bytes_of(now) || expiry > bytes_of(latest))
         return TicketVerdict::expired;
+    // What has expired need not be remembered: its time refuses it. Before the count below, so that it takes
+    // no place there.
     used_.erase(used_.begin(), used_.lower_bound(std::pair(bytes_of(now), std::string())));
     std::pair entry(std::string(expiry), std::string(content.substr(expiry_size)));
     if (used_.contains(entry))
         return TicketVerdict::used;
+    // Full: refused, rather than forget a ticket that could then be used a second time.
     if (used_.size() >= max_used_)
         return TicketVerdict::too_many;
     used_.insert(std::move(entry));

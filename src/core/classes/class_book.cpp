@@ -353,6 +353,7 @@ void ClassBook::obey(ClassConnection from, TellStudents const& message, TimePoin
         } else if (message.action == ClassAction::lower) {
             lower(*of, found->second);
         } else if (connection != 0) {
+            // Whoever has had many seats already may have this one: the teacher wants it.
             if (message.action == ClassAction::start)
                 found->second.held_seats = Pace();
             found->second.program_wanted |= message.action == ClassAction::program;

@@ -24,6 +24,8 @@ void ClassStaging::update(std::vector<StagingWish> const& classes,
             worlds_.push_back(world);
         wanted[world] += wish.count;
     }
+    // Machines keep their shares from one update to the next: what is being made ready there is not to be
+    // moved.
     std::map<std::string, Machine> there;
     for (auto const& machine : machines) {
         auto& kept = there[machine.address];
@@ -35,6 +37,8 @@ void ClassStaging::update(std::vector<StagingWish> const& classes,
     forget_worlds();
     for (auto& [address, machine] : machines_)
         clip(machine);
+    // What lacks is added at once. What is too much is taken back only when it has been so for a while:
+    // students come and go.
     for (auto const& world : worlds_) {
         int const surplus = shared(world) - wanted[world];
         if (surplus <= 0) {

@@ -115,6 +115,8 @@ AnnouncementVerdict AnnouncedMachines::take(Announcement const& announcement, bo
     using enum AnnouncementVerdict;
     if (!is_announced_address(announcement.machine, loopback))
         return refused;
+    // An announcement that somebody has recorded is of no use again: it is too old, or not later than the
+    // last one that we know.
     if (announcement.at < wall - max_age || announcement.at > wall + max_age)
         return outdated;
     auto const name = lower_case(announcement.machine);
@@ -124,6 +126,7 @@ AnnouncementVerdict AnnouncedMachines::take(Announcement const& announcement, bo
     bool const comes = !announcement.is_goodbye && (known == machines_.end() || !known->second.is_here);
     if (comes && here_.size() >= max_here_)
         return too_many;
+    // Machines that have gone stay known for a while, for the sake of the time of their last announcement.
     if (known == machines_.end()) {
         if (machines_.size() >= max_machines)
             return too_many;

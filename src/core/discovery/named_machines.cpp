@@ -11,6 +11,7 @@
 namespace webots_cloud::core {
 namespace {
 
+// What one machine may count for, in parts of the mean weight of its priority.
 constexpr double min_weight = 0.1;
 constexpr double max_weight = 10;
 
@@ -81,6 +82,8 @@ LookupNews NamedMachines::replace(Machines told, std::string warning)
 {
     std::size_t added = 0;
     std::size_t removed = 0;
+    // Name servers sometimes leave out some of their answers: a machine that is missing goes when it is
+    // missing the next time, too.
     for (auto& [address, machine] : machines_) {
         if (auto const found = told.find(address); found != told.end())
             continue;
@@ -142,11 +145,13 @@ NamedMachines::machines(std::function<bool(std::string_view address)> const& unr
             ++weights[machine.priority].second;
         }
     }
+    // Machines of a later priority are a reserve: drained, unless none before them can be reached.
     auto const first = usable.empty() ? priorities : usable;
     std::vector<ServerSpec> found;
     for (auto const& [address, machine] : machines_) {
         auto spec = entry_;
         spec.address = address;
+        // Weights compare machines of one priority alone, so each counts by how it differs from their mean.
         if (auto const known = weights.find(machine.priority); known != weights.end()) {
             auto const mean = known->second.first / known->second.second;
             spec.weight *= std::clamp(machine.weight / mean, min_weight, max_weight);

@@ -151,6 +151,7 @@ result<std::vector<Instruction>> Reader::instructions(std::string_view text) con
         if (std::any_of(line.begin(), line.end(),
                         [](char c) { return c != '\t' && static_cast<unsigned char>(c) < ' '; }))
             return failure(number, "it has control characters. Save the file as plain text.");
+        // Comments, and empty lines within an instruction, are left out, as docker does.
         auto const words = trim(line);
         if (words.starts_with('#') || (goes_on && words.empty()))
             continue;
@@ -210,6 +211,8 @@ result<> Reader::add(Instruction const& instruction)
     written_.text.append(concat(name, " ", text, "\n"));
     if (name == "FROM" || name == "ENTRYPOINT" || name == "CMD")
         written_.says_what_to_start = name != "FROM";
+    // Of two labels with one name the last one counts: ours, so that a project can't pass its image off as
+    // another's.
     if (name == "FROM" || name == "LABEL")
         written_.text.append(concat("LABEL ", server_label, "=", terms_.server, " ", project_label,
                                     "=\"\" com.docker.compose.service=\"\"\n"));
@@ -238,6 +241,7 @@ result<std::string> Reader::from(Instruction const& instruction)
     if (!image)
         return failure(instruction.line, concat("\"", printable(words[0], 100),
                                                 "\" has no value here. Write the name of the image itself."));
+    // The stage before this one has ended: this one may be based on it, and not on itself.
     if (stage_)
         stages_.push_back(std::move(*stage_));
     stage_ = name;

@@ -24,6 +24,8 @@ FleetObserver::~FleetObserver()
         fleet_->remove_observer(*this);
 }
 
+/// The machines in the order in which the operator gives them; a list, so that each stays where it is, as
+/// observers and `by_address` rely on, when others come and go.
 struct Fleet::Impl
 {
     using Place = std::list<FleetMachine>::iterator;

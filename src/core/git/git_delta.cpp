@@ -76,12 +76,15 @@ private:
 std::optional<std::string_view> instruction(Reader& reader, std::string_view base)
 {
     unsigned const code = *reader.byte();
+    // Without the highest bit, as many new bytes follow as it says; 0 is reserved.
     if (!(code & 0x80))
         return code == 0 ? std::nullopt : reader.take(code);
+    // With it, a piece of the base is repeated. Bytes of its offset and size that are zero were left out.
     auto const offset = reader.sparse(code & 0x0F);
     auto const coded_size = reader.sparse((code >> 4) & 0x07);
     if (!offset || !coded_size)
         return std::nullopt;
+    // gitformat-pack(5): the size that would not fit.
     auto const size = *coded_size == 0 ? 0x10000 : *coded_size;
     if (*offset > base.size() || size > base.size() - *offset)
         return std::nullopt;
@@ -111,6 +114,7 @@ result<std::string> apply_delta(std::string_view base, std::string_view delta)
     made.reserve(*size);
     while (!reader.empty()) {
         auto const piece = instruction(reader, base);
+        // At no step more than was announced, and paid for.
         if (!piece || piece->size() > *size - made.size())
             return malformed();
         made.append(*piece);

@@ -85,6 +85,7 @@ GitAction GitFetchPlan::next(GitOutcome const& outcome)
     assert(step_ != Step::over);
     auto const* const failed = std::get_if<Failed>(&outcome);
     bool const hit = std::holds_alternative<CacheHit>(outcome);
+    // Steps of which a failure is just one of the outcomes.
     switch (step_) {
     case Step::find_commit:
         return hit ? find_folder() : list_refs();
@@ -122,6 +123,7 @@ GitAction GitFetchPlan::next(GitOutcome const& outcome)
     default:
         break;
     }
+    // From here on, a failure ends the download, or has it tried in another way.
     if (failed)
         return download_failed(*failed);
     switch (step_) {
@@ -143,6 +145,7 @@ GitAction GitFetchPlan::next(GitOutcome const& outcome)
     default:
         break;
     }
+    // Published, or the worlds have been read.
     return asked_again_ ? go(Step::remember_after_download, RememberCapabilities{capabilities_})
                         : go(Step::over, Succeed{});
 }
@@ -210,6 +213,7 @@ GitAction GitFetchPlan::after_capabilities_for_refs(GitOutcome const& outcome)
 {
     auto const* const received = std::get_if<CapabilitiesReceived>(&outcome);
     auto const* const failed = std::get_if<Failed>(&outcome);
+    // An old server after all: it is asked again, in its own way.
     if (received && !received->capabilities.version_2) {
         known_ = received->capabilities;
         return go(Step::remember_before_refs, RememberCapabilities{*known_});
@@ -220,6 +224,7 @@ GitAction GitFetchPlan::after_capabilities_for_refs(GitOutcome const& outcome)
         return look_up_failed(failure_);
     if (failed && failed->failure != GitProblem::no_such_repository)
         return look_up_failed(failed->failure);
+    // It says so to both questions. That is remembered, so that others who ask for it do not wait again.
     return go(Step::remember_missing, RememberMissing{});
 }
 
@@ -257,6 +262,8 @@ GitAction GitFetchPlan::begin_download()
 GitAction GitFetchPlan::after_begin(GitOutcome const& outcome)
 {
     auto const* const begun = std::get_if<Begun>(&outcome);
+    // Where much of what the commit has is not wanted, or is in the cache already, its files are asked for
+    // one by one. Where all is new, that would only be a second request.
     bool const is_part = is_for_worlds() || !target_.folder.empty() || (begun && begun->has_donors);
     without_files_ = capabilities_.version_2 && capabilities_.filter && is_part;
     if (!history_unknown_)
@@ -322,6 +329,7 @@ GitAction GitFetchPlan::after_layout(GitOutcome const& outcome)
     auto const missing = layout ? layout->files_missing : 0;
     if (!history_unknown_)
         return fetch_files();
+    // One request for both, where that is not too long.
     history_with_files_ = missing > 0 && tips_.size() + missing <= max_git_wants;
     return fetch_history();
 }
@@ -367,6 +375,7 @@ GitAction GitFetchPlan::download_failed(Failed const& failed)
         room_made_ = true;
         return go(Step::make_room, MakeRoom{});
     }
+    // Only a server that has not understood the request for a pack is asked what it can do.
     bool const asked_for_pack = step_ == Step::fetch_commit || step_ == Step::fetch_files;
     bool const is_understood =
         !asked_for_pack || failed.pack_begun || !fails_as(failure_, errc::protocol_error);

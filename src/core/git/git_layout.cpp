@@ -58,7 +58,7 @@ std::vector<GitLayoutItem> files_beside(std::string_view next, std::vector<GitTr
     return items;
 }
 
-/// Walks down one level per call, so that the depth is bounded by the limits and not by the stack.
+/// Walks down one level per call: the limit of the depth also keeps the stack small.
 class LayoutMaker
 {
 public:
@@ -160,6 +160,7 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
                            concat("has no folder \"", printable(path, 200), "\""));
         if (!is_safe_file_name(part))
             return refused(Refused::forbidden_folder, {{"name", printable(part, 60)}});
+        // A folder as large as that is not even searched for files beside the way.
         if (object->size() <= limits.parent_bytes) {
             auto beside = files_beside(part, *entries, way, limits);
             files += beside.size();
@@ -167,6 +168,7 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
         } else {
             way.left_out = true;
         }
+        // All of them or none, on whichever level they are.
         if (way.left_out || files > limits.parent_files)
             way.leave_out_parent_files();
         GitLayoutItem folder;
@@ -186,6 +188,7 @@ result<std::vector<GitLayoutItem>> lay_out_git_folder(GitWay& way, GitLayoutLimi
     LayoutMaker maker(way, limits, lookup);
     if (auto const added = maker.add_folder(way.tree, way.path, 0); !added)
         return added.error();
+    // The project's own files come first: those above go where all together would be too many.
     if (maker.entries() + way.items.size() > limits.items)
         way.leave_out_parent_files();
     auto items = std::move(way.items);

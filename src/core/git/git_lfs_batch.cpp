@@ -23,7 +23,7 @@ using Downloads = std::vector<LfsDownload>;
 constexpr std::size_t max_address_length = 8192;
 constexpr std::size_t max_headers = 32;
 constexpr std::size_t max_header_bytes = 16 * 1024;
-constexpr std::size_t max_words_length = 160;
+constexpr std::size_t max_words_length = 160; // of what a server says of an error
 
 Failure malformed(std::string_view what)
 {
@@ -155,6 +155,7 @@ result<Downloads> parse_lfs_batch(std::string_view answer, std::vector<LfsPointe
         return malformed("sends no objects");
     if (answers->size() > objects.size())
         return malformed("sends more objects than it was asked for");
+    // The answer may have another order, and lack some: what it has must have been asked for, and comes once.
     std::unordered_map<std::string_view, std::size_t> wanted;
     for (std::size_t i = 0; i < objects.size(); ++i)
         wanted.emplace(objects[i].object, i);

@@ -10,7 +10,7 @@ namespace webots_cloud::core {
 namespace {
 
 constexpr std::size_t header_size = 4;
-constexpr std::size_t max_frame_size = 65520;
+constexpr std::size_t max_frame_size = 65520; // gitprotocol-common(5)
 
 } // namespace
 

@@ -152,6 +152,7 @@ result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRe
         return target(*commit, ref_and_folder, first.size());
     GitRef const* best = nullptr;
     std::size_t longest = 0;
+    // The longest name explains most of the address. Of a branch and a tag with one name, the branch counts.
     for (auto const& ref : refs) {
         auto const size = size_in(ref_and_folder, ref);
         if (size > longest || (size > 0 && size == longest && ref.name.starts_with(heads))) {

@@ -45,7 +45,7 @@ std::optional<GitObjectId> leading_id(std::string_view object, std::string_view 
 
 result<std::vector<GitTreeEntry>> parse_git_tree(std::string_view object)
 {
-    constexpr std::size_t max_entries = 100'000;
+    constexpr std::size_t max_entries = 100'000;  // of one folder
     constexpr std::size_t max_name_length = 4096; // of any file system
     std::vector<GitTreeEntry> entries;
     while (!object.empty()) {

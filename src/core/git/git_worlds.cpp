@@ -34,13 +34,15 @@ std::string_view last_name(std::string_view path)
     return path.substr(path.rfind('/') + 1); // npos + 1 is 0
 }
 
+/// Collects the worlds below a folder, up to limits: beyond these it ends without an error, as a list that is
+/// not whole is better than none.
 class WorldsOfTree
 {
 public:
     WorldsOfTree(GitWorldLimits const& limits, GitTreeLookup const& lookup) : limits_(limits), lookup_(lookup)
     {}
 
-    /// Down one level per call, so that the limits bound the stack.
+    /// One level down per call: the limit of the depth also keeps the stack small.
     result<> search(GitObjectId const& tree, std::string const& path, std::size_t depth)
     {
         auto const entries = entries_of(tree, lookup_);

@@ -65,6 +65,7 @@ std::optional<DrmClient> parse_drm_client(std::string_view text)
     }
     if (!has_id || !has_engine)
         return std::nullopt;
+    // Only devices on a PCI bus have an address there; others go by their driver's name.
     if (client.device.empty())
         client.device = driver;
     return client;

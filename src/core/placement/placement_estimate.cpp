@@ -21,7 +21,7 @@ constexpr double enough_to_disagree = 120;
 constexpr double max_at_once =
     5 * 64 * 64; // that of 64 sessions that come at once: no report has more weight
 
-constexpr int few = 4;
+constexpr int few = 4;                // sessions
 constexpr double other_load = 5;      // percent
 constexpr double whole_strength = 10; // s
 constexpr double min_cost = 0.1;      // percent
@@ -69,6 +69,8 @@ Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bo
                             Doubt doubt) noexcept
 {
     double const step = since_last.count();
+    // The first report, or one after a silence: the filters begin where things are now, and nothing is
+    // learned.
     if (!primed_ || step <= 0 || step > max_step) {
         slow_load_ = load - mean_y_;
         slow_sessions_ = sessions - mean_x_;
@@ -76,13 +78,16 @@ Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bo
         primed_ = true;
         return {};
     }
+    // Only changes count: what else runs on the machine stays in the slow parts, and so drops out.
     double const share = step / (high_pass + step);
     slow_load_ += share * (load - slow_load_);
     slow_sessions_ += share * (sessions - slow_sessions_);
     slow_unclaimed_ += share * (doubt.unclaimed - slow_unclaimed_);
+    // Old evidence fades, also while nothing new is learned.
     double const fade = memory / (memory + step);
     sum_.xx *= fade;
     sum_.xy *= fade;
+    // The load lags behind sessions that have just come or gone.
     if (!settled)
         return {};
 
@@ -94,9 +99,13 @@ Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bo
         expected >= min_expected && dy >= std::max(noise, trace * value_ * (claimed + expected));
     double const dx = claimed + (shown ? expected : 0);
     shown_ = shown_ || shown;
+    // The load has fallen by much more than a session's worth, and nobody has left: something else has ended
+    // there.
     if (doubt.no_departures && dy < std::min(0.0, value_ * dx - limit))
         return {};
     weight_ = weight_ * fade + step;
+    // What lies far from the expectation counts as two sessions' worth away from it: one odd report must not
+    // decide.
     double const robust = value_ * dx + std::clamp(dy - value_ * dx, -limit, limit);
     mean_x_ += dx * step / weight_;
     mean_y_ += dy * step / weight_;
@@ -104,6 +113,7 @@ Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bo
     double const rest = step * (1 - step / weight_);
     sum_.xx += rest * dx * dx;
     sum_.xy += rest * dx * robust;
+    // In parts of the assumed cost, in which machines of all sizes compare.
     return assumed_ > 0 ? Evidence{rest * dx * dx, rest * dx * robust / assumed_} : Evidence{};
 }
 

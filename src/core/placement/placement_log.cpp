@@ -31,6 +31,8 @@ void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t 
     lowest_count = 0;
     least_committed.reset();
     least_reported.reset();
+    // A small fleet is recorded as a whole. Of a large one only the machines that the policy looks at
+    // (`note`).
     whole_fleet = ranking.size() <= logged_machines;
     entry_count = whole_fleet ? ranking.size() : 0;
     for (std::size_t slot = 0; slot != entry_count; ++slot) {
@@ -50,6 +52,7 @@ void Record::restrict_to(Selection const& selection, PlacementRequest const& req
     refused[static_cast<std::size_t>(Refusal::excluded)] = selection.excluded();
     refused[static_cast<std::size_t>(Refusal::room)] = selection.too_small();
     unseen_arrivals = selection.unseen_arrivals();
+    // Machines that did not suit this request say why.
     for (std::size_t slot = 0; slot != entry_count; ++slot) {
         Entry& entry = entries[slot];
         entry.position = no_position;
@@ -64,6 +67,7 @@ void Record::restrict_to(Selection const& selection, PlacementRequest const& req
     }
     if (!whole_fleet)
         return;
+    // The others were ranked for this request: their scores are not those of the ranking.
     for (std::size_t position = 0; position != chosen_ones.size(); ++position) {
         Entry& entry = entries[chosen_ones[position].slot];
         entry.machine = ranking.machine(chosen_ones[position].slot).view();

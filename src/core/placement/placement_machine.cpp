@@ -22,9 +22,9 @@ constexpr double memory_strength = 60;
 constexpr Duration departure_memory = seconds(240);
 /// In eighths of the placement timeout. Browsers ask for their start a second or two after they were sent.
 constexpr std::size_t counted_lifetime = 3;
-constexpr std::int64_t max_arrivals = 1'000'000;
-constexpr std::uint32_t max_foreign = 100;
-constexpr int max_steps = 1'000'000;
+constexpr std::int64_t max_arrivals = 1'000'000; // that one report may claim
+constexpr std::uint32_t max_foreign = 100;       // of one report, from other session servers
+constexpr int max_steps = 1'000'000;             // no sum overflows
 /// Of one machine: the sum over a fleet must not overflow, whatever machines report.
 constexpr double max_seats = 1e6;
 /// The part of its room that a machine in its slow start has at first.
@@ -172,9 +172,11 @@ Arrivals Machine::report(LoadReport const& report, WorldCosts const& worlds, Tim
         up_since_ = came_up ? now : TimePoint::min();
         cost_.interrupt();
         memory_cost_.interrupt();
+        // From this report nothing can be learned: the level begins where the load is.
         level_ = level_before_ = report.load;
         confirm(0, restart, report, arrivals);
     }
+    // Only after the report has confirmed what it shows: none of that has run out.
     expire(now, arrivals);
     settle_known(reserved);
     visible_ = known_in(report, &WorldUse::running, worlds, average_);
@@ -478,15 +480,20 @@ bool Machine::has_project(std::uint32_t key) const noexcept
 
 void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept
 {
+    // The part of this machine that an average session of the fleet takes.
     average_.processors = last_.processors ? lessons.worlds.processors() / *last_.processors : 0;
     average_.graphics =
         last_.graphics_processors ? lessons.worlds.graphics() / *last_.graphics_processors : 0;
     // Where simulations are measured, and nothing else is scarcer, this is exact.
     cost_.combine(lessons.cost.ratio(), lessons.cost.strength(), 100 * average_.largest());
     double const cost = cost_.value();
+    // Some browsers never come. Where a machine counts arrivals, their reservations run out soon, and where
+    // it does not even count sessions, nobody can tell: then all that are left are expected.
     double const coming = counts_sessions() && !counts_arrivals()
                               ? lessons.show_rate.expected(reservations_.by_age())
                               : reservations_.count();
+    // What the load does not show yet: browsers that are on their way, and simulations that are starting. Of
+    // some it is known what their world costs.
     KnownSessions unseen = pending_;
     if (reservations_.count() != 0)
         unseen.scale(coming / reservations_.count());
@@ -501,6 +508,7 @@ void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams cons
         unseen.count == 0 ? variety_ * std::sqrt(sessions + 1) : std::sqrt(variance_ + variety_ * variety_);
     double const next = unseen_ + 1 + doubt;
     room_ = readiness(now, params);
+    // What policies see. The refusals are judged by it, so they come last.
     view_.address = address_;
     view_.load = last_.load;
     view_.cost = cost;

@@ -13,7 +13,7 @@ namespace {
 constexpr double negligible = 0.02;
 /// Up to this many unseen sessions, the sixteen lowest machines determine the water level.
 constexpr double much = 8;
-constexpr double max_parts = 1 << 20;
+constexpr double max_parts = 1 << 20; // so that it fits into an integer
 
 /// Dahlin's interpretation of stale load: pour the sessions that others have probably placed unseen over the
 /// least loaded machines, as water finds its level, and be like one of them: go to a machine with the
@@ -32,6 +32,7 @@ std::size_t least_committed(PlacementSnapshot const& machines, RandomSource& ran
     if (found == 0)
         return machines.least_committed();
 
+    // Water is poured over the machines, from the lowest up, until it no longer reaches the next one.
     std::array<double, PlacementSnapshot::max_lowest> bottom;
     std::array<double, PlacementSnapshot::max_lowest> width; // sessions per percent of score
     double level = 0;
@@ -48,6 +49,7 @@ std::size_t least_committed(PlacementSnapshot const& machines, RandomSource& ran
         widths += width[wet];
         level = volume / widths;
     }
+    // A drop falls anywhere into it: the machine that it falls on is chosen.
     double drop = random.uniform() * unseen;
     for (std::size_t machine = 0; machine != wet; ++machine) {
         drop -= (level - bottom[machine]) * width[machine];

@@ -45,6 +45,7 @@ void Ranking::add(ServerSpec const& spec, std::string_view name, std::list<Machi
     places_.emplace_back();
     ++refused_[static_cast<std::size_t>(Refusal::unknown)];
     ++obstacles_[static_cast<std::size_t>(Refusal::unknown)];
+    // Room for every machine, so that `offer` never allocates.
     usable_.reserve(by_slot_.capacity());
     by_score_.grow(by_slot_.size());
     by_load_.grow(by_slot_.size());
@@ -67,6 +68,7 @@ void Ranking::remove(std::string_view server)
     unlink(slot);
     slots_.erase(found);
     machines_.erase(by_slot_[slot]);
+    // The last machine takes the free number: there are no gaps between them.
     renumber(static_cast<std::uint32_t>(by_slot_.size() - 1), slot);
     by_slot_.pop_back();
     places_.pop_back();
@@ -172,7 +174,7 @@ bool Ranking::report(std::string_view server, LoadReport const& report, TimePoin
     // A machine that answers soon after our own start was running before; one that first answers later has
     // just started.
     bool const established = now - *first_report_ < params_.slow_start && !by_slot_[slot]->was_unreachable();
-    // What a crowded machine gives a simulation is not what that wants.
+    // What a crowded machine gives a simulation is less than it wants.
     if (report.processors && by_slot_[slot]->reporting() && report.load < params_.threshold)
         lessons_.worlds.learn(
             report.worlds, {*report.processors, report.memory_bytes.value_or(0), report.graphics_processors},
@@ -186,6 +188,7 @@ bool Ranking::report(std::string_view server, LoadReport const& report, TimePoin
         lessons_.variety.record(*arrivals.surprise);
     if (arrivals.counted && arrivals.since_last > Seconds::zero())
         lessons_.foreign.record(arrivals.foreign, arrivals.since_last, now);
+    // The list of machines by age, in which `expire` finds the old reports, has it at its new end.
     unlink(slot);
     link_newest(slot);
     assess(slot, now);
@@ -266,6 +269,7 @@ void Ranking::assess(std::size_t slot, TimePoint now) noexcept
     Machine& machine = *by_slot_[slot];
     machine.assess(now, lessons_, params_);
     auto const number = static_cast<std::uint32_t>(slot);
+    // Sums and numbers are corrected by what has changed: to count all machines anew would take too long.
     free_seats_ += machine.free_seats();
     free_seats_ -= std::exchange(places_[slot].seats, machine.free_seats());
     Refusal const refusal = machine.view().refusal;
@@ -278,6 +282,7 @@ void Ranking::assess(std::size_t slot, TimePoint now) noexcept
     if (refusal == Refusal::none) {
         bool const roomy = !machine.view().overcommitted;
         offer(number, roomy);
+        // Machines without room come after all that have some, whatever their score.
         std::uint64_t const rank = roomy ? 0 : TournamentTree::last;
         by_score_.set(slot, rank | order_key(machine.view().score, machine.turn()));
         by_load_.set(slot, rank | order_key(machine.view().load, machine.turn()));

@@ -1,5 +1,5 @@
 // For requests that not every machine suits (labels, exclusions, costs, cached projects) all machines are
-// looked at and ranked; the indexes of the Fleet serve the others.
+// looked at and ranked; the indexes of the Ranking serve the others.
 #include "placement_selection.hpp"
 
 #include <algorithm>
@@ -31,11 +31,13 @@ void Selection::select(Ranking const& ranking, PlacementRequest const& request,
         too_small_ += is_wanted && suits && is_free && !roomy;
         if (!is_wanted || !suits || (!roomy && (has_roomy || request.only_free)))
             continue;
+        // The first with room: those without it were kept only for the case that there is none.
         if (roomy && !has_roomy)
             entries_.clear();
         has_roomy = roomy;
         add(machine, slot, cost);
     }
+    // What others have placed unseen lies on all machines that are offered: on these, a part of it.
     double const part = ranking.offered() == 0
                             ? 0
                             : static_cast<double>(entries_.size()) / static_cast<double>(ranking.offered());
@@ -136,6 +138,7 @@ std::size_t SelectedSnapshot::lowest(std::span<std::size_t> positions, std::size
     std::size_t const end = std::min(begin + length, entries.size());
     auto const wanted = std::min(positions.size(), max_lowest);
     auto const score = [&](std::size_t position) { return entries[position].by_score; };
+    // Few are wanted, so each finds its place among those that were the lowest so far.
     std::size_t found = 0;
     for (std::size_t position = begin; position != end; ++position) {
         auto const kept = positions.first(found);

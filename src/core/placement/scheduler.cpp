@@ -112,6 +112,7 @@ result<> validate(SchedulerParams const& params)
     return {};
 }
 
+/// What the public face stands for, at an address that stays where it is when a Scheduler is moved.
 struct Scheduler::Impl final : FleetObserver
 {
     explicit Impl(SchedulerParams given)
@@ -252,11 +253,14 @@ struct Scheduler::Impl final : FleetObserver
         ranking.expire(now);
         if (!are_labels(request.labels))
             return unusable("labels: wanted at most 32, of letters, digits, \".\", \"_\", \"-\" and \"+\"");
+        // Recorded before anything is decided: the log explains refusals, too.
         placement::Record& record = next_record(now);
         auto const cost = expect(request);
         if (cost.is_known)
             record.expected_cost = cost.mean;
         bool const has_asked = request.current_since <= now && ranking.has_others(now);
+        // Where every machine suits, the indexes of the ranking know the answer; otherwise all machines are
+        // looked at.
         bool const selects = !request.labels.empty() || !request.excluded.empty() || request.only_free ||
                              cost.is_known || may_be_cached(request) || has_asked;
         if (selects) {
@@ -290,6 +294,7 @@ struct Scheduler::Impl final : FleetObserver
         for (auto const& entry : selection.best(asked_at_once)) {
             auto const& machine = ranking.machine(entry.slot);
             bool const is_current = machine.shows_arrivals_since(request.current_since);
+            // The best one has reported since: asking others would not be worth the wait.
             if (is_first && is_current)
                 return {};
             if (!is_current && machine.counts_sessions())

@@ -23,13 +23,13 @@ constexpr double own_mode = 100;
 constexpr double most_of_world = 60;
 constexpr double most_of_repository = 300;
 constexpr double most_of_fleet = 3000;
-constexpr double most_at_once = 1;
+constexpr double most_at_once = 1; // of one report
 
 constexpr double of_one_world = 4; // what differs by a larger factor counts as this
 constexpr double of_one_repository = 10;
 constexpr double of_any = 50;
 constexpr double enough_to_clip = 0.5; // min
-constexpr double max_relative = 50;
+constexpr double max_relative = 50;    // of the fleet's mean
 constexpr double min_relative = 0.02;
 constexpr double least_processors = 0.001; // or graphics processors, to judge others by
 /// No machine outweighs a fleet by the sessions that it claims to have.
@@ -37,7 +37,7 @@ constexpr double most_sessions = 64;
 constexpr double max_memory = 1e15; // bytes
 /// The relative standard deviation of the sessions of one world.
 constexpr double within_world = 0.25;
-/// The fraction that a fading estimate loses in a second: a time constant of two weeks.
+/// The time constant of estimates that fade, in seconds: two weeks.
 constexpr double fading = 14 * 86400.0;
 
 } // namespace
@@ -58,6 +58,8 @@ ExpectedCost WorldCosts::expect(WorldKey const& key) const noexcept
         std::uint64_t digest;
         double own;
     };
+    // From the fleet to the world itself: the more is known of what is narrower, the less counts what is
+    // wider.
     double mean = fleet_.mean;
     double graphics = fleet_.graphics;
     double known = 0;
@@ -76,6 +78,7 @@ ExpectedCost WorldCosts::expect(WorldKey const& key) const noexcept
     expected.is_known = known > 0.5;
     double const spread = within_world * expected.mean;
     expected.variance = spread * spread;
+    // Never guessed from other worlds: it closes machines.
     if (auto const* const own = find(key.world); own && expected.is_known)
         expected.memory = own->memory;
     return expected;
@@ -89,6 +92,7 @@ void WorldCosts::add(Estimate& estimate, Sample sample, Memory memory, TimePoint
     };
     estimate.seen = now;
     estimate.weight = std::min(estimate.weight * fading / (fading + away), memory.max_weight);
+    // Once it is known what is usual, an outlier counts as no more than a multiple of that.
     if (estimate.weight > enough_to_clip) {
         sample.processors = usual(sample.processors, estimate.mean);
         if (sample.memory > 0 && estimate.memory > 0)

@@ -95,6 +95,7 @@ std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblew
     words.add({"--unshare-user", "--disable-userns", "--unshare-pid", "--unshare-ipc", "--unshare-uts",
                "--unshare-cgroup-try"});
     words.add({"--die-with-parent", "--new-session", "--cap-drop", "ALL", "--hostname", "simulation"});
+    // bubblewrap does all this in the order of its arguments: what comes later lies over what was before.
     show_system(words, visible);
     words.add({"--proc", "/proc", "--dev", "/dev"});
     for (auto const* folder : kernel_settings)

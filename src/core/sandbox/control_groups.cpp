@@ -86,6 +86,7 @@ GroupPlace find_place(std::string_view mountinfo, std::string_view own_groups, s
         auto const mount = parse_mount(line);
         if (!mount)
             continue;
+        // Where both versions are mounted, a controller that is in the first one is missing in the second.
         if (mount->type == "cgroup" && has_word(mount->options, ',', controller))
             return place(1, *mount, own_cgroup(own_groups, controller));
         if (mount->type == "cgroup2" && second.version == 0)
@@ -122,6 +123,7 @@ Preparation prepare_parent(ParentGroup const& parent, int own_process)
     }
     if (!has_any)
         preparation.problem = "it has no controllers, see \"Delegate\" of systemd";
+    // There is nothing to lend to others, or this is the root, in which processes may stay all the same.
     if (preparation.enable.empty() || parent.is_root)
         return preparation;
     for (auto const line : split(parent.processes, '\n')) {

@@ -87,15 +87,18 @@ SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
     bool const lost = leaving == Leaving::lost && !stopping_ && !ended_by_operator_;
     bool const may_return = leaving != Leaving::for_good && !stopping_ && !ended_by_operator_;
     switch (state_) {
+    // It was asked to let go of the simulation, which another connection takes over.
     case State::handing_over: {
         state_ = State::serving;
         Next next;
         next.action = Action::hand_over;
         return next;
     }
+    // Nobody has come back in time, or the wait was ended.
     case State::waiting:
         return end(stopping_ || ended_by_operator_ || staged_ ? Loss::none : Loss::not_returned);
     case State::serving:
+        // A connection that was lost, or a page that is loaded again: the simulation waits for its browser.
         if (may_return && has_grace()) {
             state_ = State::waiting;
             Next next;
@@ -112,6 +115,7 @@ SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
         [[fallthrough]];
     case State::fetching:
     case State::launching:
+        // Without a token, which comes with the world, no browser can return to it.
         if (lost)
             return end(has_grace() ? Loss::not_ready : Loss::not_awaited);
         [[fallthrough]];

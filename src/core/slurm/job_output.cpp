@@ -87,6 +87,8 @@ JobOutput::Line JobOutput::read_guard(std::string_view line)
     auto const words = split(line, ' ');
     if (line == cannot_send && has_no_simulator())
         return end_without_project();
+    // The first line of the guard on the node has the word that all its others are known by, as the simulator
+    // can't know it.
     if (word_.empty()) {
         if (words.size() != 7 || words[2] != "runs")
             return Line::simulators;
@@ -114,6 +116,7 @@ JobOutput::Line JobOutput::read_guard(std::string_view line)
         port_ = static_cast<std::uint16_t>(number(4));
         return Line::listens;
     }
+    // After the copy the guard has other things to say.
     copies_ = false;
     if (words[2] != "uses")
         return Line::ours;

@@ -10,12 +10,13 @@ namespace {
 using namespace std::chrono_literals;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double time_constant = 3600;
-constexpr std::size_t least_departures = 5;
+constexpr double time_constant = 3600;      // s, in which departures fade
+constexpr std::size_t least_departures = 5; // before anything is told
 // Departures that have faded to less than this say too little about now: some two hours without any.
 constexpr double least_weight = 0.5;
 constexpr Duration longest = 24h;
 
+/// What is told is rounded, the more coarsely the longer it is.
 struct Step
 {
     Duration below;
@@ -75,6 +76,7 @@ WaitRange rounded(WaitRange range)
 std::optional<WaitRange> WaitTold::tell(std::size_t ahead, std::optional<WaitRange> estimate, TimePoint now)
 {
     bool const is_over = latest_ <= now;
+    // What somebody was told holds until the line in front grows, or has moved on after the time was over.
     if (ahead > ahead_ || (ahead < ahead_ && is_over))
         forget();
     else if (is_over)
@@ -116,7 +118,9 @@ std::optional<WaitRange> WaitEstimate::expect(std::size_t ahead, TimePoint now) 
     auto const seen = seen_at(now);
     if (seen.departures < least_weight)
         return std::nullopt;
+    // So many departures of full weight would say as much as those that have faded (Kish's effective size).
     auto const worth = seen.departures * seen.departures / seen.squares;
+    // The mean time from one end to the next, if as many run as do now.
     auto const between = seen.exposure / seen.departures / static_cast<double>(running_);
     auto const awaited = static_cast<double>(ahead) + 1;
     auto const at = [&](double deviations) {

@@ -114,6 +114,8 @@ std::optional<WaitingTicket> read_waiting_ticket(Mac const& mac, std::string_vie
         ticket.group = group_of(group);
     ticket.rank = time_of(take(time_size));
     ticket.issued = time_of(take(time_size));
+    // This program signed it, but perhaps long ago: who keeps an old ticket must not keep a place in the
+    // queue with it.
     bool const is_of_now = ticket.issued >= later(now, -waiting_ticket_lifetime) &&
                            ticket.issued <= later(now, clock_tolerance) &&
                            ticket.rank >= later(now, -longest_wait) &&
