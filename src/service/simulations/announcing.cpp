@@ -19,7 +19,10 @@ using core::concat;
 
 namespace {
 
+// Shorter than `core::announcement_interval`, so that a session server that does not answer is asked again on
+// time.
 constexpr Duration announcement_timeout = std::chrono::seconds(8);
+// The end of our server waits for goodbyes.
 constexpr Duration goodbye_timeout = std::chrono::seconds(2);
 
 } // namespace
@@ -79,6 +82,8 @@ asio::awaitable<result<HttpResponse>> Announcing::Impl::announce(std::string con
     auto receiver = core::parse_receiver_answer(answer->body);
     if (!receiver)
         co_return answer;
+    // It has started anew, or is heard for the first time: it takes only what is signed for it in this run,
+    // so that nobody can replay there what was sent to another one.
     receivers[session_server] = std::move(*receiver);
     answer = co_await http.send(request(session_server, false));
     co_return answer;
@@ -89,6 +94,7 @@ asio::awaitable<void> Announcing::Impl::keep_announcing(std::string session_serv
     co_await asio::this_coro::throw_if_cancelled(false);
     std::optional<std::string> problem; // of the last announcement: empty: none; not set: there was none
     for (;;) {
+        // Counted from here, so that a slow answer does not delay the next announcement as well.
         auto const next = clock.now() + core::announcement_interval;
         auto const answer = co_await announce(session_server);
         bool const cancelled = co_await async::is_cancelled();
@@ -100,6 +106,7 @@ asio::awaitable<void> Announcing::Impl::keep_announcing(std::string session_serv
         else if (answer->status != 200)
             now = concat("HTTP ", std::to_string(answer->status), ": ",
                          core::printable(core::trim(answer->body), 200));
+        // Only what is new is logged: a session server that is down for a night would fill the log.
         if (problem != now && now.empty())
             log.info(concat("Announced to ", session_server));
         else if (problem != now)
@@ -125,9 +132,12 @@ asio::awaitable<result<>> Announcing::Impl::run()
     for (auto const& session_server : params.session_servers)
         tasks.spawn(keep_announcing(session_server));
     auto const ended = co_await async::until_cancelled();
+    // First no announcement may be under way any more: one that arrives after our goodbye would bring us
+    // back.
     co_await tasks.end();
     for (auto const& session_server : params.session_servers)
         tasks.spawn(say_goodbye(session_server));
+    // We have been cancelled already, which would end each goodbye before it is sent.
     co_await async::uncancellable(tasks.join());
     co_return ended;
 }

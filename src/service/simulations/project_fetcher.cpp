@@ -50,6 +50,7 @@ struct ProjectFetcher::Impl
     /// `order` lacks its directory and limits.
     asio::awaitable<result<Project>> fetch(ProjectSource& source, FetchOrder order, std::string world)
     {
+        // Below, cancellation is switched off for the clean-up; that must not outlast it in our caller.
         return async::isolated(fetch_or_remove(source, std::move(order), std::move(world)));
     }
 
@@ -57,12 +58,15 @@ struct ProjectFetcher::Impl
                                                      std::string world)
     {
         order.limits = params.limits;
+        // No number is used twice in a run: a folder that could not be removed is in nobody's way.
         order.directory = params.instances / std::to_string(++next);
         auto const directory = order.directory;
         Project project;
         project.ref = order.project;
         project.website = order.website;
 
+        // A fetch that is cancelled has to come back here, since the source may have left a part of the
+        // project.
         co_await asio::this_coro::throw_if_cancelled(false);
         auto fetched = co_await source.fetch(std::move(order));
         if (!fetched) {
@@ -70,6 +74,7 @@ struct ProjectFetcher::Impl
             co_await remove(source, directory);
             co_return fetched.error();
         }
+        // From here on the caller has the folder, and discards it.
         project.directory = directory;
         project.world = fetched->root / "worlds" / world;
         project.root = std::move(fetched->root);
@@ -138,12 +143,14 @@ std::vector<std::uint32_t> ProjectFetcher::cached() const
     std::vector<ProjectSource const*> sources;
     std::vector<std::vector<std::uint32_t>> lists;
     for (Forge const& forge : impl_->forges) {
+        // Several forges share one source, which would be listed once for each of them.
         if (std::ranges::find(sources, &forge.source.get()) != sources.end())
             continue;
         sources.push_back(&forge.source.get());
         lists.push_back(forge.source.get().cached());
     }
     std::vector<std::uint32_t> all;
+    // In turn, so that one with a full cache does not push the others out of the report.
     for (std::size_t rank = 0; rank != LoadReport::max_projects; ++rank)
         for (auto const& list : lists)
             if (rank < list.size() && all.size() != LoadReport::max_projects)

@@ -70,6 +70,8 @@ asio::awaitable<result<>> Registration::run()
     while (running) {
         for (auto const& registry : impl_->params.registries)
             tasks.spawn(impl_->register_at(registry));
+        // A registry keeps what it was told last. Once the repositories have changed (`apply`), attempts that
+        // still go on would tell it what was before.
         auto const changed = co_await impl_->changed->wait();
         tasks.cancel_all();
         bool const cancelled = co_await async::is_cancelled();
@@ -105,6 +107,7 @@ asio::awaitable<void> Registration::Impl::register_at(std::string registry)
         bool const cancelled_meanwhile = co_await async::is_cancelled();
         if (!waited || cancelled_meanwhile)
             co_return;
+        // A registry that is down for days is asked less and less often.
         pause = std::min<Duration>(2 * pause, max_pause);
     }
 }

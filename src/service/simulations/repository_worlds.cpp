@@ -76,6 +76,8 @@ RepositoryWorlds::list(std::string_view asked_path, std::string url, std::string
                                                 : std::nullopt;
     if (refused)
         co_return std::move(*refused);
+    // What costs nothing comes first. The rules are asked before anything is fetched: a repository that may
+    // not run here need not be looked into.
     auto const forge = context_.fetcher.forge_of(url);
     auto const folder = context_.fetcher.parse_folder(url);
     if (!forge || !folder)
@@ -86,6 +88,9 @@ RepositoryWorlds::list(std::string_view asked_path, std::string url, std::string
     if (auto why = core::refusal(context_.policy, address, place, context_.load))
         co_return std::move(*why);
     result<Worlds> worlds = Worlds();
+    // A folder of this machine has been searched already (`LocalWorlds`). Lists of git servers are kept for a
+    // while, since a whole class opens the same link. Only those who have one fetched are counted
+    // (`may_look`).
     if (place.refs == RefMeaning::none) {
         auto const parse = [this](std::string_view each) { return context_.fetcher.parse(each); };
         worlds = local_.worlds_in(*folder, parse);
@@ -100,6 +105,7 @@ RepositoryWorlds::list(std::string_view asked_path, std::string url, std::string
             co_return worlds.error();
         keep(address, *worlds);
     }
+    // Kept lists have all worlds: the rules may be others by the time of the next answer.
     std::erase_if(*worlds, [&](ListedWorld const& world) {
         return core::refusal(context_.policy, world.url, place, 0).has_value();
     });
@@ -123,6 +129,8 @@ asio::awaitable<result<RepositoryWorlds::Worlds>> RepositoryWorlds::look(Project
     auto const latest = context_.clock.now() + longest_look;
     auto listed = context_.fetcher.list_worlds(std::move(folder), limits);
     auto outcome = co_await looks_.run(async::with_deadline(context_.clock, latest, std::move(listed)));
+    // A failure that has a sentence of its own is passed on. The others are named by codes alone, which tell
+    // a person nothing.
     if (outcome || outcome.error().info())
         co_return outcome;
     auto const why = outcome.error();

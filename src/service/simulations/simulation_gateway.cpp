@@ -103,12 +103,14 @@ Forward SimulationGateway::forward(core::GatewayPath const& path, IncomingReques
 {
     Forward forward;
     bool const is_editor = is_editors(path.port);
+    // An editor is a program of the project at a port of its own; all else is Webots.
     forward.upstream = is_editor ? Upstream("127.0.0.1", path.port) : simulator();
     forward.target = path.rest;
     if (!request.query.empty())
         forward.target.append("?").append(request.query);
     forward.group = tunnels_;
     forward.in_messages = request.upgrade && path.rest == core::pictures_path && !is_editor;
+    // What is answered comes from a stranger's project, at the address of this server.
     forward.added_answer_headers.emplace_back("Content-Security-Policy",
                                               is_editor ? core::editor_policy : core::sandbox_policy);
     if (is_editor)
@@ -155,6 +157,7 @@ void SimulationGateway::close()
     if (!tunnels_)
         return;
     tunnels_->close();
+    // Counters in /metrics may not fall when a simulation ends.
     context_.ended_received += tunnels_->received();
     context_.ended_sent += tunnels_->sent();
     tunnels_.reset();
@@ -166,9 +169,11 @@ asio::awaitable<void> SimulationGateway::close_after_goodbyes()
     if (!tunnels_)
         co_return;
     auto const executor = co_await asio::this_coro::executor;
+    // Shared with the tunnels, which may still call it when our time is up.
     auto const emptied = std::make_shared<async::Wakeup>(executor);
     tunnels_->refuse_new([emptied] { emptied->notify(); });
     auto& clock = context_.clock;
+    // Browsers close their connections themselves; one that does not is cut off.
     auto parts = async::first_of(emptied->wait(), clock.wait_until(clock.now() + goodbye_time));
     (void)co_await std::move(parts);
     close();

@@ -189,6 +189,7 @@ asio::awaitable<result<>> SimulationService::Impl::measure()
         // On whole seconds, so that the lines of monitor.csv of several machines can be laid side by side.
         auto const next = clock.now() + core::until_next_second(clock.wall());
         auto const waited = co_await clock.wait_until(next);
+        // We are being ended: the sessions, which belong to their connections, are told.
         if (!waited) {
             stop();
             co_return waited;
@@ -368,6 +369,7 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
     auto const id = ++impl_->last_id;
     auto const name = concat("[", std::to_string(id), "] ");
     impl_->context.log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
+    // Until it asks for something, it may be closed in favour of others (`add_silent`).
     impl_->add_silent(id, info.quota_key, channel);
     auto first = co_await impl_->receive_request(id, channel);
     impl_->remove_silent(id);
@@ -378,6 +380,7 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
         co_await impl_->reconnect(id, std::move(info), reconnect->token, channel);
     else if (auto* stage = std::get_if<core::StageMessage>(&first); stage && impl_->may_stage(info, channel))
         co_await impl_->stager.serve(id, std::move(stage->wishes), channel);
+    // Only now: while the simulation waits for its browser to return, this connection still stands for it.
     --impl_->clients;
     impl_->context.log.info(LogCause("client"), concat(name, "Client disconnected"));
 }
@@ -408,6 +411,7 @@ void SimulationService::Impl::add_silent(std::uint64_t id, std::string const& qu
                                " of one address, start nothing: the oldest, [", std::to_string(*evicted),
                                "], is closed"));
     auto* const oldest = silent_channels.at(*evicted);
+    // Its coroutine removes it again when it has ended, which does no harm.
     silent_channels.erase(*evicted);
     tell(*oldest, core::refused(core::Refused::too_many_silent), false);
     oldest->close();
@@ -436,6 +440,8 @@ asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint
             co_return std::move(*reconnect);
         if (auto* stage = std::get_if<core::StageMessage>(&message))
             co_return std::move(*stage);
+        // A message that needs a simulation is no reason to give up: the browser may still ask for one until
+        // the deadline.
         if (std::holds_alternative<core::ResetControllerMessage>(message) ||
             std::holds_alternative<core::ReadFileMessage>(message) ||
             std::holds_alternative<core::WriteFileMessage>(message))
@@ -455,6 +461,7 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, Channe
                                                         core::SimulationRequest request, Channel& channel)
 {
     auto const executor = co_await asio::this_coro::executor;
+    // One that is ready spares the browser the wait.
     auto session = co_await stager.take(info.quota_key, request);
     bool const is_ready = session != nullptr;
     if (is_ready) {
@@ -465,6 +472,7 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, Channe
                                                       std::move(request));
         sessions.emplace(id, session);
     }
+    // Before it runs: what `run` and `resume` send has an address that this browser can reach.
     session->gateway().set_asked(std::move(info.asked), std::move(info.public_address));
     if (is_ready)
         co_await session->resume(channel);
@@ -504,6 +512,8 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, Chann
     }
     context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
                                                 std::to_string(session->id())));
+    // The browser may come another way than before. What it comes with about that counts only from a proxy
+    // that we trust.
     bool const is_told = info.is_from_proxy && core::parse_public_base(info.public_address);
     session->gateway().set_asked(std::move(info.asked),
                                  is_told ? std::move(info.public_address) : std::string());

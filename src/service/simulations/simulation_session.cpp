@@ -133,6 +133,8 @@ asio::awaitable<void> SimulationSession::run_staged()
     ClosedChannel nobody;
     auto parts = async::first_of(async::as_part(simulate(nobody)), async::as_part(await_takeover()));
     (void)co_await std::move(parts);
+    // A browser has claimed the simulation, or it is over. `claimed` waits for this: two coroutines must not
+    // wait for the events of one simulation.
     auto const next = end_connection();
     released_.notify();
     if (next.action != Life::Action::hand_over)
@@ -143,6 +145,7 @@ bool SimulationSession::claim(std::string const& quota_key, core::SimulationRequ
 {
     auto const before = std::exchange(request_, request);
     quota_key_ = quota_key;
+    // In this order: a place can be given back, but a simulation that has been taken can't be staged again.
     if (may_start(context_, request_) && take_place(context_, quota_key_, request_, place_) &&
         life_.take_staged(grace_for(context_, request_))) {
         arrived_ = context_.clock.now();
@@ -161,12 +164,15 @@ asio::awaitable<bool> SimulationSession::claimed()
     if (life_.is_over())
         co_return false;
     context_.start_figures.arrived();
+    // Its browser has waited for none of the stages. They are counted, so that each start has all of them.
     for (auto const stage : {core::StartStage::fetch, core::StartStage::launch, core::StartStage::ready})
         passed(stage, Duration::zero());
+    // The time limit is the browser's, and has run since the simulation was launched.
     simulation_->restart_time();
     life_.extended(simulation_->ends_at());
     if (life_.has_grace())
         token_ = context_.hooks.new_token();
+    // It was staged for a page with an editor, whether its browser has one or not.
     if (!core::has_editor(request_))
         programs_.forget();
     co_return true;
@@ -181,6 +187,7 @@ void SimulationSession::give_back()
 asio::awaitable<void> SimulationSession::resume(Channel& channel)
 {
     greet(channel);
+    // A browser that gets a staged simulation has missed what is told during a start.
     if (!std::exchange(introduced_, true))
         introduce(channel);
     tell_time(channel, life_.time_left(context_.clock.now()));
@@ -268,6 +275,8 @@ asio::awaitable<void> SimulationSession::finish(Channel& channel)
         co_await await_return(next.until);
         next = end_connection();
     }
+    // Also where nothing is handed over: the simulator may have ended just when another connection wanted it,
+    // and that waits for this (`take_over`).
     released_.notify();
     if (next.action == Life::Action::hand_over)
         co_return;
@@ -275,6 +284,8 @@ asio::awaitable<void> SimulationSession::finish(Channel& channel)
         context_.fetch_figures.abandoned();
     else if (next.abandoned)
         context_.start_figures.abandoned();
+    // The page closes its connections to the simulator at the same moment. What it still says there should
+    // arrive before we cut it off.
     if (next.quit)
         co_await gateway_.close_after_goodbyes();
     co_await clean_up(next.exited);
@@ -291,6 +302,8 @@ Life::Next SimulationSession::end_connection()
 asio::awaitable<void> SimulationSession::await_return(TimePoint until)
 {
     ClosedChannel closed_channel;
+    // Its output is read meanwhile: with a full pipe the simulator would stand still, and it may end by
+    // itself.
     auto parts = async::first_of(async::as_part(relay(closed_channel)), async::as_part(await_takeover()),
                                  context_.clock.wait_until(until));
     (void)co_await std::move(parts);
@@ -367,6 +380,7 @@ asio::awaitable<void> SimulationSession::receive(Channel& channel)
             extend(wish->by, channel);
         else if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))
             tell_wrong_message(channel, malformed->reason, wants_reasons());
+        // All others that we know come first on a connection, and this one has its simulation.
         else if (!std::holds_alternative<core::UnknownMessage>(message))
             tell(channel, core::refused(core::Refused::second_start), wants_reasons());
     }
@@ -456,6 +470,7 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
         if (auto const* progress = std::get_if<SimulationProgress>(&*event)) {
             (void)channel.send(core::loading_message(progress->text));
         } else if (std::holds_alternative<SimulationAllocated>(*event)) {
+            // The time limit counts from here, not from when the job was queued.
             life_.extended(simulation_->ends_at());
             if (std::holds_alternative<core::StartMessage>(request_))
                 tell_time(channel, context_.launcher.params().config.timeout);
@@ -468,6 +483,8 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             gateway_.note_extern_robot(std::move(waiting->name), channel);
         } else if (auto const* activity = std::get_if<SimulationActivity>(&*event)) {
             life_.activity(activity->running);
+            // A staged world that runs would use up a processor for nobody, and browsers would not get its
+            // beginning.
             if (is_staged() && activity->running) {
                 context_.log.warning(LogCause("staged"),
                                      concat(log_prefix(), "The world does not stay paused, "
@@ -479,6 +496,8 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             auto const& ended = std::get<SimulationEnded>(*event);
             if (ended.overrun)
                 ++context_.overruns[*ended.overrun];
+            // A browser that has its simulation is told what has ended it. One that still waits is refused,
+            // so that a session server can try another machine.
             if (ended.was_ready)
                 send_error(channel, ended.reason);
             else
@@ -494,6 +513,7 @@ void SimulationSession::on_ready(SimulationReady const& ready)
     ++context_.changes;
     context_.log.info(LogCause("ready"),
                       concat(log_prefix(), "Webots world is loaded, ready to receive connections"));
+    // What the project announces decides whether its gateway has a port for an editor.
     auto const& told = simulation_->announcements();
     gateway_.open(ready, request_, std::find(told.begin(), told.end(), core::editor_message) != told.end());
     if (is_staged())
@@ -504,17 +524,20 @@ void SimulationSession::on_ready(SimulationReady const& ready)
 
 asio::awaitable<void> SimulationSession::clean_up(bool exited)
 {
+    // From now on nobody reaches what is being ended.
     gateway_.close();
     if (simulation_) {
         auto const process = concat("Webots [", std::to_string(simulation_->process_id()), "] ");
         context_.log.info(LogCause("end"), concat(log_prefix(), process, exited ? "exited" : "was killed"));
         simulation_->terminate();
+        // The simulator still writes into its folder until it has ended.
         while (!exited) {
             auto const event = co_await simulation_->next_event();
             exited = !event || std::holds_alternative<SimulationEnded>(*event);
         }
         simulation_.reset();
     }
+    // Not before: otherwise there would be more simulators than seats for a moment.
     place_.release();
     output_.reset();
     if (project_) {

@@ -58,6 +58,7 @@ asio::awaitable<void> SimulationSession::simulate(Channel& channel)
                                                 core::printable(core::world_of(request_))));
     auto const fetched = co_await fetch(channel);
     if (!fetched) {
+        // Aborted: the browser has left, and there is nobody to tell.
         if (fetched.error().code() != asio::error::operation_aborted)
             refuse(channel, fetched.error(), core::refusal_at(step_, fetched.error()));
         co_return;
@@ -66,12 +67,16 @@ asio::awaitable<void> SimulationSession::simulate(Channel& channel)
         fetched_for_later(channel);
         co_return;
     }
+    // Known only since the project is here. A machine that lacks something refuses before a simulator is
+    // started, and the session server can take another one.
     if (!check_needs(channel))
         co_return;
     if (core::has_editor(request_))
         co_await programs_.read();
+    // The browser has a seat, but the staged simulation that was given back for it may not have ended yet.
     if (!is_staged())
         co_await context_.stager->await_seat();
+    // The parts above may have missed the cancellation, and a launch is not interrupted once it has begun.
     bool const has_left = co_await async::is_cancelled();
     if (has_left)
         co_return;
@@ -107,11 +112,13 @@ bool SimulationSession::check_needs(Channel& channel)
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
 {
     auto admitted = may_start(context_, request_);
+    // A staged simulation takes no place of a browser's; the browser that claims it does (`claim`).
     if (admitted && !is_staged())
         admitted = take_place(context_, quota_key_, request_, place_);
     if (!admitted)
         co_return admitted.error();
     auto const* const website = std::get_if<WebsiteProject>(&request_);
+    // The rules of this machine have let it pass: what fails from here on is the project, or its site.
     step_ = website ? core::StartStep::website : core::StartStep::repository;
     if (website)
         co_return co_await context_.fetcher.fetch(*website, std::move(progress));
@@ -124,6 +131,7 @@ asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_
 asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
 {
     auto progress = std::make_shared<FetchProgress>();
+    // The progress never ends by itself: the fetch decides.
     auto parts = async::first_of(fetch_project(progress), show_progress(progress, channel));
     auto const fetched = co_await std::move(parts);
     if (!fetched)
@@ -210,6 +218,7 @@ LaunchSpec SimulationSession::launch_spec() const
     spec.world_header = project_->world_header;
     spec.label = std::to_string(id_);
     spec.needed_labels = needed_labels_;
+    // Websites expect a Webots of their time, which has another command line.
     if (auto const* website = std::get_if<WebsiteProject>(&request_)) {
         spec.old_command_line = true;
         spec.controller_edit = website->may_edit();

@@ -28,6 +28,7 @@ asio::awaitable<void> SimulationUsage::look_at_processes()
         co_return;
     if (used.counted && *used.counted <= measured_)
         co_return; // we know that already
+    // Jobs are counted on their node: what is used belongs to that moment, not to when we ask.
     auto const now = used.counted.value_or(context_.clock.now());
     cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - measured_);
     graphics_ = core::process_cpu_percent(used_.graphics, used.graphics, now - measured_) / 100;
@@ -58,6 +59,7 @@ asio::awaitable<void> SimulationUsage::look_at_folder(FolderMeter& meter)
     auto use = co_await meter.measure(std::move(directory), limits.disk);
     if (!simulation_)
         co_return;
+    // Containers write into layers and volumes of Docker's, which are on no path below the folder.
     auto const elsewhere = co_await simulation_->written_elsewhere();
     auto const now = context_.clock.now();
     // A tenth of the time of one thread; more only while there is little room for others.

@@ -78,6 +78,7 @@ void Stager::apply()
             continue; // a program's own configuration; those of files have been checked
         add(configured.url, parsed->address(), configured.mode, configured.count);
     }
+    // Session servers share what the operator allows for classes; whoever connected first comes first.
     int left = context_.params.config.staged_for_classes;
     for (auto const& [id, wisher] : wishers_)
         for (auto const& wish : wisher.wishes) {
@@ -123,6 +124,7 @@ void Stager::act()
     }
     if (!plan.next)
         return;
+    // One at a time: `on_ready`, or the end of `prepare`, has us look again.
     auto const id = new_id_();
     staging_.begun(id, *plan.next, context_.clock.now());
     tasks_->spawn(prepare(id, request_for(staging_.worlds()[*plan.next])));
@@ -136,6 +138,8 @@ asio::awaitable<result<>> Stager::run()
     changed_.emplace(executor);
     auto parts = async::first_of(act_on_changes(), watch_folders());
     (void)co_await std::move(parts);
+    // Staged simulations end with us, and their tasks refer to us. They clean up although we have been
+    // cancelled.
     for (auto const& [id, session] : sessions_)
         session->give_back();
     co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
@@ -150,6 +154,7 @@ asio::awaitable<result<>> Stager::act_on_changes()
     for (;;) {
         act();
         tell_wishers();
+        // Where nothing is to be staged, the server is not woken each second.
         auto const next = staging_.is_idle() ? TimePoint::max() : clock.now() + look_interval;
         auto parts = async::first_of(changed_->wait(), clock.wait_until(next));
         auto const waited = co_await std::move(parts);
@@ -181,6 +186,7 @@ asio::awaitable<result<>> Stager::watch_folders()
 /// Errors: `operation_aborted`.
 asio::awaitable<result<>> Stager::look_at_folders()
 {
+    // Copied: the list of worlds may change while we wait for a folder.
     std::vector<std::string> urls;
     for (auto const& world : staging_.worlds())
         if (staging_.ready_for(world.address, world.mode) > 0)
@@ -210,11 +216,13 @@ asio::awaitable<void> Stager::prepare(std::uint64_t id, core::SimulationRequest 
         context_, executor, id, std::string(), std::move(request), SimulationSession::Browser::awaited);
     sessions_.emplace(id, session);
     co_await session->run_staged();
+    // A browser has it now, whose connection removes it from the list.
     if (!session->is_over())
         co_return;
     staging_.ended(id, context_.clock.now());
     sessions_.erase(id);
     ++context_.changes;
+    // The process has ended, so its port can be had again.
     for (auto* const wait : seat_waits_)
         wait->notify();
     on_change();
@@ -234,6 +242,7 @@ asio::awaitable<std::shared_ptr<SimulationSession>> Stager::take(std::string quo
     auto session = found->second;
     if (!session->claim(quota_key, request))
         co_return nullptr;
+    // Before we wait, or the next browser would be offered the same one.
     staging_.taken(*id);
     ++context_.changes;
     count_taken(world->address(), start->mode);
@@ -255,6 +264,8 @@ asio::awaitable<void> Stager::serve(std::uint64_t id, std::vector<core::StagingW
     }
     context_.log.info(LogCause("staged"),
                       concat("[", std::to_string(id), "] A session server has simulations staged"));
+    // What it wants counts as long as it is connected: the connection is the lease, so nothing is left of a
+    // session server that dies.
     auto& wisher = wishers_[id];
     wisher.channel = &channel;
     for (;;) {
@@ -264,6 +275,7 @@ asio::awaitable<void> Stager::serve(std::uint64_t id, std::vector<core::StagingW
         tell_wishers();
         auto const deadline = clock.now() + longest_silence;
         auto const text = co_await async::with_deadline(clock, deadline, channel.receive());
+        // Silent for too long, or far too talkative: either way it is no session server that works.
         if (!text || !wisher.messages.take(clock.now(), wish_interval, wish_burst))
             break;
         auto message = core::parse_client_message(*text);
@@ -272,6 +284,7 @@ asio::awaitable<void> Stager::serve(std::uint64_t id, std::vector<core::StagingW
             break;
         wishes = std::move(stage->wishes);
     }
+    // What was staged for it is given back.
     wishers_.erase(id);
     apply();
     channel.close();
@@ -339,6 +352,8 @@ asio::awaitable<void> Stager::await_seat()
     auto& clock = context_.clock;
     auto const deadline = clock.now() + longest_end;
     auto const seats = static_cast<std::size_t>(context_.admission.max_simulations());
+    // A simulator holds its port until its process has ended, even if it no longer has a seat. Without this
+    // wait a launch would find no port, and the browser would be refused.
     while (context_.launcher.running() >= seats && staging_.seats() > 0 && clock.now() < deadline) {
         async::Wakeup freed(executor);
         auto const wait = seat_waits_.insert(seat_waits_.end(), &freed);

@@ -71,6 +71,7 @@ result<> take_place(SessionContext& context, std::string const& client,
     auto& admission = context.admission;
     auto const verdict = admission.admit(client, world, place);
     if (verdict == Verdict::admitted) {
+        // A staged simulation may have to go for it.
         context.stager->on_change();
         return {};
     }
@@ -79,6 +80,8 @@ result<> take_place(SessionContext& context, std::string const& client,
                              {{"max", std::to_string(admission.simulations_per_world())}});
     if (verdict == Verdict::full)
         return core::too_many_simulations(admission.max_simulations());
+    // A proxy that is not trusted makes all of its browsers one client, which only the operator can see and
+    // mend.
     auto const& full = admission.full_client();
     auto const max = std::to_string(full.allowed);
     if (verdict == Verdict::client_full_first)

@@ -84,6 +84,7 @@ void StatusEndpoints::measure(TimePoint due, std::size_t clients)
 {
     auto const& clock = context_.clock;
     auto const now = clock.now();
+    // This much later than asked for: so long the event loop was busy with something else.
     event_loop_lag_ = now - due;
     event_loop_lags_[measurements_++ % event_loop_lags_.size()] = event_loop_lag_;
     if (now - measured_ < shortest_look)
@@ -94,6 +95,8 @@ void StatusEndpoints::measure(TimePoint due, std::size_t clients)
     last_sample_ = std::move(sample);
     auto const formula =
         params_.config.reference_load ? core::LoadFormula::reference : core::LoadFormula::strict;
+    // Staged simulations go when browsers need the room, so nobody is refused for what they use. Whether more
+    // can be staged depends on all that is used.
     context_.memory = last_sample_.memory_used;
     auto without_staged = last_sample_;
     without_staged.memory_used = memory_of_browsers();
@@ -106,6 +109,8 @@ void StatusEndpoints::measure(TimePoint due, std::size_t clients)
     greeting_ = {};
     if (hooks_.monitor_log)
         hooks_.monitor_log(core::monitor_csv_line(clock.wall(), figures));
+    // Updates go out once processes have been looked at (`look_at_processes`), and only while somebody
+    // watches.
     if (feed_.empty() || !look_wanted_)
         return;
     update_due_ = true;
@@ -263,6 +268,7 @@ LoadReport StatusEndpoints::report() const
             report.graphics_processors = description_.graphics_processors;
     }
     report.projects = context_.fetcher.cached();
+    // One seat is always left for browsers that come without a class.
     int const for_classes =
         std::min(params_.config.staged_for_classes, context_.admission.max_simulations() - 1);
     if (for_classes > 0 && !report.draining)
@@ -391,6 +397,7 @@ Answer StatusEndpoints::metrics_answer(IncomingRequest const&)
     text.family(core::metric("load_ratio")).add(average_.value() / 100);
     text.family(core::metric("memory_used_ratio")).add(last_sample_.memory_used / 100);
     text.family(core::metric("disk_used_ratio")).add(last_sample_.disk_used / 100);
+    // Fetches for later starts and staged simulations are sessions, but no simulations of browsers.
     auto const starting = static_cast<double>(report().starting.value_or(0));
     auto const active = static_cast<double>(running());
     text.family(core::metric("simulations"))
@@ -406,6 +413,7 @@ Answer StatusEndpoints::metrics_answer(IncomingRequest const&)
     text.family(core::metric("draining")).add(context_.state.is_draining() ? 1 : 0);
     text.family(core::metric("event_loop_lag_seconds"))
         .add(std::chrono::duration<double>(event_loop_lag_).count());
+    // Prometheus asks less often than we measure: a single stop would hardly ever show in the last lag.
     auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());
     text.family(core::metric("event_loop_lag_max_seconds"))
         .add(std::chrono::duration<double>(highest).count());
