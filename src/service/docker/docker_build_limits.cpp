@@ -57,6 +57,7 @@ asio::awaitable<result<>> DockerBuildLimits::run()
         co_await follow();
         if (projects_.empty())
             continue;
+        // Docker has ended by itself, and may be down: it is not asked again without a pause.
         auto const waited = co_await clock_.wait_until(clock_.now() + between_attempts);
         if (!waited)
             co_return waited;
@@ -66,6 +67,7 @@ asio::awaitable<result<>> DockerBuildLimits::run()
 /// Until docker ends, or is not needed any more.
 asio::awaitable<void> DockerBuildLimits::follow()
 {
+    // Docker first prints what has started since then: steps that were faster than we are limited as well.
     auto argv = core::watch_starts(params_.identity, projects_.begin()->second);
     argv.insert(argv.begin(), params_.docker.string());
     auto spec = commands_.spec(std::move(argv));
@@ -73,6 +75,7 @@ asio::awaitable<void> DockerBuildLimits::follow()
     if (!process)
         co_return;
     following_ = std::move(*process);
+    // The last build may have ended while docker was being started, when `end` had nothing to terminate.
     if (projects_.empty())
         following_->terminate();
     core::LineSplitter lines;
@@ -81,6 +84,7 @@ asio::awaitable<void> DockerBuildLimits::follow()
         auto const* output = event ? std::get_if<ProcessOutput>(&*event) : nullptr;
         if (!output)
             break;
+        // Collected first: to limit one takes a command, and a line's handler can't wait.
         std::vector<std::string> started;
         auto const each = [&started](std::string_view line) {
             if (auto step = core::build_step(line))

@@ -130,6 +130,8 @@ asio::awaitable<void> DockerCleanup::bound_builds(std::set<std::string> in_use)
     auto const ids = core::image_ids(listing ? *listing : std::string());
     if (ids.empty())
         co_return;
+    // The list has numbers alone. How large images are, and which is built on which, docker says in a second
+    // answer.
     auto describe = core::describe_images(ids);
     auto const description = co_await commands_.docker(std::move(describe));
     auto const images = core::read_images(description ? *description : std::string());

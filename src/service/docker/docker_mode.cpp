@@ -105,6 +105,7 @@ asio::awaitable<result<>> DockerMode::open()
             "Docker can't take from a single build: docs/docker.md (\"What a build may do\") says what "
             "helps.");
     co_await open_screen(impl_->params, impl_->commands, impl_->log);
+    // Before the first start: containers of a run that was killed may still hold our ports.
     std::string all_projects;
     auto const removed = co_await impl_->cleanup.remove_leftovers(std::move(all_projects));
     if (!removed)
@@ -124,10 +125,12 @@ asio::awaitable<result<>> DockerMode::run()
 asio::awaitable<result<>> DockerMode::Impl::clean()
 {
     for (;;) {
+        // Those that end during the watch have a watch of their own, in the next round.
         auto const over = std::exchange(ended, {});
         auto const watched = co_await cleanup.watch_builds();
         if (!watched)
             co_return watched;
+        // Not before the watch: until then docker may finish a build that was given up, and name its image.
         if (!over.empty())
             co_await cleanup.remove_late_names(over);
         co_await remove_owed();
@@ -175,6 +178,7 @@ LaunchPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject proje
     plan.notes = std::move(project.notes);
     plan.process = commands.spec(core::compose_up(engine.compose, file));
     plan.process.directory = spec.root;
+    // The container has none of Docker's networks. The guard finds it by this label, and gives it ours.
     if (project.own_network) {
         plan.process.network = params.network;
         plan.process.network.port = environment.port;
@@ -226,13 +230,17 @@ asio::awaitable<WrittenElsewhere> DockerMode::Impl::count(std::string const& pro
     written.images = known->second.written.images;
     known->second.runs = listing && !core::trim(*listing).empty();
     auto const names = build->second.names(); // more may come meanwhile
+    // Where containers run, nothing is built any more, and what was built has been counted.
     if (known->second.runs && known->second.names == names.size())
         co_return written;
+    // It has named more steps than any build has. Nobody can say how much they are, so they count as too
+    // much.
     if (build->second.is_full()) {
         written.images = ~std::uint64_t{0};
         co_return written;
     }
     auto const images = co_await count_images(names);
+    // Docker did not say: the last figure stands, and the names stay uncounted until the next time.
     if (!images)
         co_return written;
     written.images = *images;
@@ -285,6 +293,7 @@ asio::awaitable<WrittenElsewhere> DockerMode::written(std::string project)
     auto const began = impl_->clock.now();
     if (known != impl_->counted.end() && began < known->second.due)
         co_return known->second.written;
+    // Set before the question, so that nobody asks docker the same once more while it counts.
     impl_->counted[project].due = began + between_counts;
     auto const written = co_await impl_->count(project);
     auto const now = impl_->clock.now();
@@ -322,6 +331,8 @@ asio::awaitable<void> DockerMode::clear(std::string project)
                          concat("docker: of ", project,
                                 " something may be left, until docker answers: ", removed.error().message()));
     }
+    // `clean` looks after what docker may still create or name, which takes longer than a browser should
+    // wait.
     if (impl_->cleared) {
         impl_->ended.insert(project);
         impl_->cleared->notify();

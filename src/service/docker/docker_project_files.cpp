@@ -42,6 +42,8 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     if (!compose_file)
         co_return compose_file.error();
 
+    // The containers of a competition's controller are built on images of their own, which are checked with
+    // the others.
     auto const terms = dockerfile_terms(*values);
     std::vector<core::ContainerFile> added;
     std::vector<std::string> bases;
@@ -59,6 +61,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     bool const competes = yml->kind == core::ComposeTemplate::competition;
     // Of our Dockerfile nothing but a project's Makefile is run.
     auto walls = walls_of(*compose_file, own ? !params_.config.build_network : texts.has_makefile, competes);
+    // The operator's list. Without it Docker's own holds, of which the operator was warned at the start.
     Names names{core::system_calls_template};
     auto const system_calls = co_await files_.read(params_.config.directory, std::move(names));
     if (!system_calls)
@@ -70,6 +73,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     if (!chosen)
         co_return chosen.error();
     bases.insert(bases.end(), chosen->bases.begin(), chosen->bases.end());
+    // An image that the project starts from can bring steps of its own into the build.
     auto const checked = co_await check_bases(std::move(bases));
     if (!checked)
         co_return checked.error();
@@ -79,6 +83,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     std::vector<TextFile> files;
     for (auto& [name, text] : added)
         files.emplace_back(std::move(name), std::move(text));
+    // Last, and all at once: a project that is refused has none of our files.
     auto const written = co_await files_.write(spec.root, std::move(files));
     if (!written)
         co_return written.error();

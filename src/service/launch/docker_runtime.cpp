@@ -8,6 +8,7 @@ namespace asio = boost::asio;
 
 namespace {
 
+/// Containers: what they need is DockerMode's, which all of them share.
 class DockerRuntime final : public SimulatorRuntime
 {
 public:

@@ -12,6 +12,7 @@ namespace asio = boost::asio;
 
 namespace {
 
+/// Programs of this machine: Webots itself, in what was found to keep it apart.
 class NativeRuntime final : public SimulatorRuntime
 {
 public:
@@ -25,8 +26,11 @@ public:
         // The firejail of old releases may get no namespaces, and so no folder of displays either.
         bool const has_display =
             !params_.private_display.server.empty() && (is_confined || !plan.process.set_user_id);
+        // The log has the command without all that is put around it now.
         if (is_confined || has_display)
             plan.command = in_one_line(plan.process.argv);
+        // Each wraps what stands before: the display is around Webots, the sandbox around both, and all of it
+        // runs as the user.
         if (has_display)
             give_display(plan.process, params_.private_display);
         if (is_confined)
@@ -104,11 +108,13 @@ ProcessSpec NativeRuntime::compiler(LaunchPlan const& plan, std::filesystem::pat
         auto sandbox = params_.sandbox;
         sandbox.read_only.push_back(params_.compiler.home);
         confine(process, sandbox, instance, 0);
+        // A compiler fetches nothing, so no network is made for it.
         if (process.network.reach == ProcessNetwork::Reach::internet)
             process.network.reach = ProcessNetwork::Reach::none;
     }
     for (auto const& [name, value] : core::compile_variables(params_.compiler.home))
         core::set_variable(process.environment, name, value);
+    // It writes into the folder of the simulation, which is that user's.
     if (plan.process.user)
         run_beside(process, params_.sandbox, *plan.process.user, instance);
     return process;

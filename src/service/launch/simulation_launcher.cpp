@@ -220,6 +220,7 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
             co_await restart_controller();
             continue;
         }
+        // What happens without a word of the simulator comes first: it may print without a pause.
         tell_news();
         note_listening();
         if (!events_.empty())
@@ -232,6 +233,8 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
                 co_await announce_if_listening();
             continue;
         }
+        // It has printed more than it may: what is left stays in the pipe for a while, so that it has to
+        // wait, and not we.
         if (now < read_at_) {
             auto const waited = co_await clock_.wait_until(std::min(read_at_, deadline));
             if (!waited)
@@ -346,6 +349,7 @@ bool RunningSimulation::on_job_line(std::string_view line)
     if (kind == simulators)
         return true;
     auto const now = clock_.now();
+    // These come again and again, and would fill the log.
     if (kind == uses) {
         on_job_usage(now);
         return false;
@@ -416,6 +420,8 @@ void RunningSimulation::on_line(std::string_view line)
     }
     if (source == webots_end)
         on_container_end(line);
+    // What follows is about compose's own words during a start. As long as it says something, as during a
+    // build, the start gets more time.
     if (source != compose || state_.was_ready())
         return;
     start_words_.of_compose(core::without_project(line, plan_.project)); // it may say why nothing starts
@@ -468,6 +474,7 @@ void RunningSimulation::on_webots_line(std::string_view line)
         note_activity(true);
         break;
     case core::OutputLine::reset:
+        // In a competition the controller runs in a container of its own, which Webots can't start again.
         if (!plan_.restart_controller.argv.empty())
             state_.reset();
         break;
@@ -535,10 +542,12 @@ void RunningSimulation::announce(std::uint16_t port)
 asio::awaitable<void> RunningSimulation::announce_if_listening()
 {
     auto const assigned = lease_.port();
+    // Webots takes the next port where some other program has taken its own meanwhile.
     auto const highest = static_cast<std::uint16_t>(std::min(assigned + core::ports_tried_by_webots, 65535));
     auto port = job_.port();
     if (plan_.job.empty())
         port = co_await process_->listening_port(assigned, highest);
+    // A simulator can print the line that has told us. Browsers are led to its own ports alone.
     else if (port < assigned || port > highest)
         port = 0;
     if (!plan_.job.empty() && port != 0) {
@@ -574,6 +583,7 @@ void RunningSimulation::on_exit(ExitStatus status, ProcessUsage const& usage)
     consumption.too_many_files = core::ended_at_file_size(status.code, status.signalled);
     if (auto const limit = core::overrun(limits_, consumption); limit && state_.stop(overrun_failure(*limit)))
         ended_.overrun = limit;
+    // The last line may lack its end, and may be what explains the exit.
     lines_.finish([this](std::string_view line) { on_line(line); });
     note_lines_left_out();
     ended_.status = status;
@@ -601,6 +611,8 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
 {
     if (!core::is_known_mode(spec.mode))
         co_return core::refused(core::Refused::wrong_mode, {{"mode", core::printable(spec.mode, 40)}});
+    // Held until the start: to make the plan may take minutes, in which some other program could take the
+    // port.
     std::unique_ptr<PortHold> hold;
     auto const take = [&](std::uint16_t port) {
         auto taken = impl_->processes.hold_port(port);
@@ -622,6 +634,8 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
         co_return plan.error();
     auto const command = plan->command.empty() ? in_one_line(plan->process.argv) : plan->command;
 
+    // In a network of its own it is reached by a socket in a folder of ours, so that no port of this machine
+    // leads to it past the gateway.
     if (uses_gateway(impl_->params, spec) && !impl_->params.brokers.empty() &&
         plan->process.network.reach != ProcessNetwork::Reach::host)
         plan->process.network.broker = impl_->params.brokers / std::to_string(*port);

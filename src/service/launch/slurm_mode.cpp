@@ -127,6 +127,7 @@ asio::awaitable<result<>> SlurmMode::Impl::look_at_jobs()
     auto known_now = jobs;
     known_now.insert(known_now.end(), known.begin(), known.end());
     bool const has_left_overs = !core::strangers(queue, params.identity, known_now).empty();
+    // A job that came or went while the table was made may be in it or not: then the next one tells.
     may_have_left_overs = has_left_overs || known != jobs;
     if (has_left_overs)
         co_await end_left_overs(std::move(known_now));
@@ -186,6 +187,8 @@ asio::awaitable<result<>> SlurmMode::open()
                               concat(name, " is not installed, which \"launcher\" needs (slurm-client)."));
     if (!params.config.copy_to.empty() && params.tar.empty())
         co_return Failure(errc::not_found, "tar is not installed, which \"copyTo\" of \"launcher\" needs.");
+    // All that can be wrong is asked now, so that the operator is told at the start, and not the first
+    // browser.
     auto found = co_await impl_->find_partitions();
     if (!found)
         co_return found;
@@ -262,6 +265,8 @@ asio::awaitable<result<std::string>> SlurmMode::address_of(std::string node)
 
 namespace {
 
+/// What the partitions have left, in the place of this machine's processors and memory: session servers place
+/// by that. The rest, as the disk, is of the machine.
 class PartitionMetrics final : public HostMetrics
 {
 public:

@@ -43,6 +43,7 @@ public:
         auto const name = slurm_.new_job(spec.label);
         bool const is_copied = !params.config.copy_to.empty();
         auto const folder = is_copied ? core::job_folder(params.config.copy_to, name) : fs::path();
+        // The native command is made with the paths that the node will see.
         auto seen = spec;
         for (auto* path : {&seen.instance, &seen.root, &seen.world})
             *path = is_copied ? there(folder, *path) : *path;
@@ -66,6 +67,7 @@ public:
             static_cast<std::uint16_t>(std::min(port + core::ports_tried_by_webots, 65535));
         for (auto& variable : slurm_.environment())
             process.environment.push_back(std::move(variable));
+        // By its name: it runs also where we have died, and nobody may have read the number of the job.
         process.cleanup_command = {params.scancel.native(), "--quiet", "--name=" + plan->job};
         co_return plan;
     }
@@ -147,6 +149,7 @@ void SlurmRuntime::copy(ProcessSpec& process, LaunchSpec const& spec, fs::path c
           sandbox.firejail_profile}) {
         if (file.empty())
             continue;
+        // The sandbox names these files on its command line, which was made with their paths here.
         auto const ours = file.native();
         add(file);
         for (auto& word : process.argv)

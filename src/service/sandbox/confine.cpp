@@ -28,6 +28,8 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
         visible.read_only.emplace_back(process.argv.front());
         process.own_displays = !sandbox.firejail.empty(); // which can't make the folder itself
     }
+    // Innermost, so that it holds for the simulator alone: whoever makes the sandbox needs system calls that
+    // it forbids.
     if (!sandbox.filter.empty()) {
         visible.read_only.push_back(sandbox.filter);
         process.argv.insert(process.argv.begin(), {sandbox.filter.native(), "--filter"});

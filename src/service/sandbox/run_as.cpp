@@ -55,11 +55,13 @@ void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t nu
     if (process.own_displays) // it begins with the guard, too
         user.visible.emplace_back(process.argv.front());
 
+    // The variables of our own user would lead it to folders that it can't enter.
     auto& environment = process.environment;
     for (auto const* const name : {"USER", "LOGNAME"})
         core::set_variable(environment, name, wanted.name);
     if (sandbox.is_none())
         name_folders(environment, user.home);
+    // The password of the display is in a file that is ours alone: this user gets a copy in its home.
     if (!core::value_of(environment, "DISPLAY").empty()) {
         user.x_authority = core::value_of(environment, "XAUTHORITY");
         if (user.x_authority.empty())

@@ -47,6 +47,7 @@ asio::awaitable<result<>> check_user(ProcessHost& processes, Clock& clock, Sandb
     auto judged = core::judge_sandbox(*printed);
     if (!judged)
         co_return judged;
+    // It can't do what it must not. Whether it can do what it must is another question.
     ProcessSpec test;
     test.argv = {"/usr/bin/test", "-x", simulator.native(), "-a", "-w", instance.native()};
     test.directory = instance;
