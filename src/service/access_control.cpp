@@ -318,6 +318,8 @@ void AccessControl::Impl::note_lost_port(IncomingRequest const& request)
 
 std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& request)
 {
+    // A stranger can have a name lead to this machine, and browsers would take a page of that name for one of
+    // ours (DNS rebinding).
     if (site.checks_hosts() && !site.knows_host(request.header("Host"))) {
         log.warning(LogCause("host", request.client),
                     concat("Refused a request to the name \"", core::printable(request.header("Host"), 200),
@@ -353,6 +355,8 @@ Answer AccessControl::respond(IncomingRequest const& request)
 
 Answer AccessControl::Impl::answer(IncomingRequest const& request)
 {
+    // It came over the operator's socket. Whoever may open that is the operator; but people forward it to a
+    // port of their own machine, which any page there could use.
     if (request.is_operator && !is_of_foreign_page(request))
         return endpoint.respond(request);
     if (request.is_operator)
@@ -365,6 +369,7 @@ Answer AccessControl::Impl::answer(IncomingRequest const& request)
         auto const is_known = is_operators(request);
         if (!is_known)
             return too_many_guesses();
+        // A wrong token is no refusal yet: some paths below /api/ are for others, too.
         if (*is_known) {
             if (is_of_foreign_page(request))
                 return foreign_page_refused();

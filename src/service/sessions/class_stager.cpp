@@ -76,6 +76,7 @@ void ClassStager::speak(std::string const& machine, Link& link, bool tls)
     auto const now = clock_.now();
     if (wishes.empty() && link.channel)
         return link.channel->close(); // what is ready there is given back
+    // Also when nothing has changed, from time to time: the machine forgets those who say nothing.
     if (link.channel && (wishes != link.said || now - link.said_at >= say_again))
         return say(link, std::move(wishes));
     auto const* const server = fleet_.find(machine);
@@ -84,6 +85,7 @@ void ClassStager::speak(std::string const& machine, Link& link, bool tls)
     std::string path = "/client";
     if (hooks_.make_ticket)
         path = concat("/ticket/", hooks_.make_ticket(machine), path);
+    // `update` may come again before the task begins, and must not connect twice or forget the link.
     link.is_open = true;
     auto request = machine_websocket(server->spec, tls, path);
     bool const has_name = !machine.starts_with(core::asked_name) && !server->spec.has_own_path;

@@ -169,14 +169,18 @@ void ClientRelay::begin(Browser& browser, std::string text, std::string const& q
     browser.group = group_of(browser, quota_key);
     browser.waits_since = now;
     browser.rank = clock_.wall();
+    // After group and rank, which a good ticket replaces by those that the browser had before.
     claim_ticket(browser);
     auto request = request_of(browser, now);
     browser.world = world_key(request.world, request.mode).world;
+    // Those who wait are passed only where all of them wait for more room than this one is known to need.
     bool const may_go = params_.waiting_places == 0 || !is_settling(now);
     bool const passes_others = room_.size() == want_room_ && !is_known_to_be_too_large(browser, now);
     if (browser.seat != core::SeatRequest::held && !(may_go && passes_others))
         return line_up(browser, now);
     request.current_since = now - relay::current_report;
+    // Other session servers may have placed somebody since the last reports, so the best machines are asked
+    // first. The browser has a ride meanwhile, by which `leave` can cancel that.
     auto asked = ask_machines(browser, request, now);
     if (asked.empty())
         return serve_now(browser, request, now);
@@ -215,6 +219,7 @@ void ClientRelay::come_back(Browser& browser, std::string_view text, std::string
 {
     auto const token = core::parse_relayed_token(text);
     bool const is_known = token && machines_.contains(token->entry);
+    // The machine may not have been found yet since our start: the browser is to come again, not to give up.
     if (token && !is_known && params_.finds_machines && clock_.now() - began_ < all_found)
         return browser.channel.close(relay::service_restart);
     browser.options.wants_reasons = true; // who has a token knows what we add
@@ -247,6 +252,7 @@ asio::awaitable<void> ClientRelay::leave(Browser& browser, Failure const& why)
         ride.machine->close(browser.channel.farewell());
     if (ride.task)
         async::TaskGroup::cancel(*ride.task);
+    // The task uses the browser, which is erased once we return.
     while (ride.task)
         (void)co_await ride.changed.wait();
 }

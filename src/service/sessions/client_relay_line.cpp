@@ -94,6 +94,8 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     } else if (browser.came_back) {
         verdict = room_.return_to(browser);
     } else {
+        // Those of the group who have left and may come back count as well: otherwise leaving would be a way
+        // to collect places.
         auto const away = tickets_.away(browser.group, clock_.wall());
         verdict = room_.enter(browser, held_.of(browser.group) + away);
     }
@@ -251,6 +253,7 @@ void ClientRelay::give_out_seats(TimePoint now)
     if (room_.size() == 0 || is_stopping_ || now - began_ < all_return || !(is_for_all || students_ > 0))
         return;
     std::erase_if(too_large_, [now](auto const& tried) { return now >= tried.second; });
+    // Collected first: whoever leaves the line moves the others in it.
     std::vector<Browser*> seated;
     std::vector<std::pair<Browser*, Failure>> hopeless;
     std::vector<Browser*> refused; // by all machines that answer
@@ -274,6 +277,7 @@ void ClientRelay::give_out_seats(TimePoint now)
             ++passed;
             continue;
         }
+        // Others of its class have come or gone since it was asked last.
         ask_for_seat(browser);
         bool const is_held = browser.seat == core::SeatRequest::held;
         if (!is_for_all && !is_held)
@@ -284,6 +288,7 @@ void ClientRelay::give_out_seats(TimePoint now)
             continue;
         }
         auto wishes = wishes_of(browser, now);
+        // Somebody ahead of it wants the same, and has got nothing.
         if (in_vain.contains({is_held, wishes})) {
             if (is_refused_everywhere(browser))
                 refused.push_back(&browser);
@@ -417,6 +422,7 @@ asio::awaitable<void> ClientRelay::tell_places()
         told_ = now;
     for (std::size_t first = 0; first < room_.size(); first += told_at_once) {
         tell_part(first, std::min(first + told_at_once, room_.size()), now);
+        // The event loop has its turn between two parts.
         (void)co_await clock_.wait_until(clock_.now());
     }
 }

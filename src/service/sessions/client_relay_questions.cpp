@@ -55,6 +55,7 @@ asio::awaitable<void> ClientRelay::serve_when_answered(Browser& browser, std::ve
         (void)co_await hear_answers(browser, asked, latest);
     }
     bool const cancelled = co_await async::is_cancelled();
+    // `leave` waits for this.
     if (cancelled || browser.has_left) {
         browser.ride->task.reset();
         browser.ride->changed.notify();

@@ -121,6 +121,7 @@ result<Placement> ClientRelay::find_machine(PlacementRequest const& request, Tim
     auto const for_last = faults_.unwilling();
     if (for_last.empty())
         return scheduler_.place(request, now);
+    // Machines that refuse come last, but they do come: projects of strangers can bring that about.
     auto first = request;
     first.excluded.insert(first.excluded.end(), for_last.begin(), for_last.end());
     if (auto placement = scheduler_.place(first, now))
@@ -146,10 +147,12 @@ asio::awaitable<void> ClientRelay::carry(Browser& browser)
     co_await asio::this_coro::throw_if_cancelled(false);
     bool const goes_back = co_await carry_to_end(browser);
     auto& ride = *browser.ride;
+    // Whatever counts this browser at the machine is undone before it gets another one.
     ride.machine.reset();
     give_back(ride);
     --relayed_;
     held_.remove(browser.group);
+    // There may be a free place now, of which those who wait are to know soon (`look_for_freed_seats`).
     if (auto const machine = machines_.find(ride.entry); machine != machines_.end())
         machine->second.freed = clock_.now();
     if (goes_back && !browser.has_left) {
@@ -169,6 +172,7 @@ asio::awaitable<bool> ClientRelay::carry_to_end(Browser& browser)
     auto& ride = *browser.ride;
     for (;;) {
         auto const refusal = co_await converse(browser);
+        // Until another machine has the request, nobody is there to whom messages could be passed on.
         ride.is_known = false;
         bool const cancelled = co_await async::is_cancelled();
         if (cancelled || browser.has_left || ride.is_at_fault)
@@ -220,6 +224,7 @@ void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
         faults_.has_refused(ride.entry, browser.group, why);
         log_.warning(LogCause("refused start", ride.entry), concat(ride.entry, " refuses a start: ", why));
     }
+    // One that refuses once more after its pause counts once.
     refusals.failures += refusals.is_by(ride.entry) ? 0 : 1;
     std::erase_if(refusals.refusers, [&](auto const& refuser) { return refuser.entry == ride.entry; });
     refusals.refusers.push_back({ride.entry, now + pause_after_refusal});
@@ -233,6 +238,7 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser)
         browser.channel.close(relay::service_restart);
         return Next::end;
     }
+    // After a few failures the person is told, rather than kept waiting.
     auto& refusals = *browser.refusals;
     bool const is_patient = refusals.failures < max_failures;
     auto const now = clock_.now();
@@ -246,6 +252,7 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser)
         return Next::end;
     }
     if (params_.waiting_places > 0 && is_patient && may_be_taken(browser, now)) {
+        // By its next turn they may have a place.
         refusals.full.clear();
         browser.not_before = now + pause_after_full;
         return Next::line;
@@ -274,6 +281,7 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
     auto ended = MachineRefusal::none;
     auto const latest = clock_.now() + longest_start;
     for (;;) {
+        // A machine may report progress for ever: the browser is to have its chance at another one.
         if (!was_ready && clock_.now() > latest) {
             ride.problem = "it does not come to an end with a start";
             ended = MachineRefusal::silent;

@@ -71,6 +71,7 @@ asio::awaitable<result<>> Gallery::ask(ServerSpec server)
     if (!answer && answer.error().code() == asio::error::operation_aborted)
         co_return answer.error();
     auto& known = known_[server.address];
+    // Also where it does not answer: otherwise it would be asked again each second, and no other machine.
     known.asked = clock_.now();
     if (!answer)
         co_return result<>(); // it has what it had
@@ -151,6 +152,7 @@ asio::awaitable<result<std::string>> Gallery::find_worlds(std::string address, s
             request.headers.emplace_back("X-Forwarded-For", client);
         request.body = address;
         request.body_limit = core::max_world_list;
+        // One deadline for all of them, since one person waits for the list.
         request.timeout = latest - clock_.now();
         if (request.timeout <= Duration::zero())
             break;

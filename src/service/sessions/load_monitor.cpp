@@ -119,6 +119,8 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     auto const began = clock.now();
+    // The first poll is made at once, so that a machine that has just come is known. From the second on,
+    // polls of all machines are spread over the interval.
     auto due = began + std::chrono::duration_cast<Duration>(params.interval * watch->phase);
     due -= due.time_since_epoch() % moment;
     while (!watch->removed) {
@@ -129,6 +131,7 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
         if (watch->removed || cancelled || was_aborted(response))
             break;
         record(*watch, judge(response, watch->server.has_own_path));
+        // Polls that were missed while one took long are not made up for.
         due = std::max(due, clock.now());
         auto const waited = co_await clock.wait_until(due);
         bool const cancelled_meanwhile = co_await async::is_cancelled();

@@ -124,6 +124,7 @@ void MachineDiscovery::Impl::take(MachineDiscoveryParams parameters)
     params = std::move(parameters);
     announced_as = ServerSpec();
     list = core::MachineList();
+    // Names that stay keep what their lookups have found, so that their machines do not go and come back.
     auto known = std::exchange(watched, {});
     for (std::size_t source = 0; source != params.entries.size(); ++source) {
         auto const& entry = params.entries[source];
@@ -145,6 +146,7 @@ void MachineDiscovery::Impl::take(MachineDiscoveryParams parameters)
             machines->source = source;
         }
     }
+    // A lookup of theirs may still be under way, and must name nothing any more.
     for (auto const& [entry, removed] : known)
         removed->is_removed = true;
     for (auto const& [entry, name] : watched)
@@ -152,6 +154,7 @@ void MachineDiscovery::Impl::take(MachineDiscoveryParams parameters)
     name_spares();
     for (auto& machine : announced.machines())
         name_announced(std::move(machine));
+    // Taken, and told to nobody: whoever applies parameters takes all `servers()` next.
     (void)list.take(std::numeric_limits<std::size_t>::max());
 }
 
@@ -164,6 +167,8 @@ void MachineDiscovery::Impl::name_machines(WatchedName& name)
         machine.elsewhere = !params.loopback;
         machine.found_by = name.machines.entry().address;
     }
+    // Both are in the order of their addresses: one walk finds what is gone, what is new, and what is treated
+    // otherwise now.
     auto before = name.named.begin();
     for (auto const& machine : machines) {
         for (; before != name.named.end() && before->address < machine.address; ++before)
@@ -274,6 +279,7 @@ HttpResponse MachineDiscovery::Impl::take_announcement(IncomingRequest const& re
 {
     if (!hooks.mac)
         return core::not_found_page();
+    // The signature first: nothing else of a stranger's request is read.
     if (request.query.size() > max_announcement ||
         !core::equal_in_constant_time(request.header("Authorization"),
                                       core::sign_announcement(hooks.mac, request.query))) {
@@ -286,11 +292,14 @@ HttpResponse MachineDiscovery::Impl::take_announcement(IncomingRequest const& re
     if (!announcement)
         return refused_announcement(
             400, "Expected /api/machines?machine=<address>&at=<milliseconds>&to=<receiver>.");
+    // A machine that has signed for another session server, or for our last run, is told for whom to sign. So
+    // nothing that was overheard there counts here.
     if (announcement->receiver != hooks.receiver)
         return refused_announcement(421, core::receiver_answer(hooks.receiver));
     if (!announcement->is_goodbye && !announced_machine(announcement->machine))
         return refused_announcement(403, "This session server reaches machines by plain HTTP, and that only "
                                          "at addresses: set \"server\" to one.");
+    // Only one that comes or goes changes the list: most announcements just renew the time of the last one.
     auto const before = announced.size();
     auto const verdict = announced.take(*announcement, params.loopback, clock.now(), clock.wall());
     if (announced.size() != before) {

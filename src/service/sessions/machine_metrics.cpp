@@ -18,6 +18,8 @@ constexpr std::size_t at_once = 250; // machines: less than half a millisecond
 
 } // namespace
 
+/// The figures of machines as they are written: each family is one text, since Prometheus wants its lines
+/// together.
 class MachineMetrics::Families
 {
 public:
@@ -121,6 +123,7 @@ asio::awaitable<result<>> MachineMetrics::run()
         addresses.resize(monitor_.servers().size());
         std::ranges::transform(monitor_.servers(), addresses.begin(), &ServerLoad::address);
         families.begin();
+        // In parts, between which the event loop has its turn.
         for (std::size_t i = 0; expiries == expiries_ && i < addresses.size(); ++i) {
             if (auto const* const server = monitor_.find(addresses[i]))
                 add(*server, families);
@@ -129,10 +132,12 @@ asio::awaitable<result<>> MachineMetrics::run()
             if (auto const waited = co_await clock_.wait_until(clock_.now() + pause); !waited)
                 co_return waited;
         }
+        // Whoever has expired the text wants to see what is so now, and the first parts are from before.
         if (expiries != expiries_)
             continue;
         families.write_to(next);
         std::swap(text_, next);
+        // As old as its oldest figure.
         made_ = began;
     }
 }

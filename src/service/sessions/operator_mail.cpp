@@ -118,6 +118,7 @@ asio::awaitable<result<>> OperatorMail::run()
         }
     }
     impl_->changed.reset();
+    // We have been cancelled already, which must not end the delivery of what still waits.
     co_await async::uncancellable(impl_->end());
     co_return Failure(asio::error::operation_aborted);
 }

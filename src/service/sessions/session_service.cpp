@@ -419,6 +419,7 @@ void SessionService::Impl::take(LoadEvent const& event)
     // One that is slow may be busy; one that is not there may be followed by another at its address.
     if (!event.is_late)
         paths.answered(event.server.address, event.server.state == ServerState::up);
+    // After the scheduler has the report: those who have waited for it are placed by that.
     relay.heard_from(event.server.address);
     if (!event.is_repeated)
         board.change(event.server.address);
@@ -539,6 +540,7 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
         update_availability(now);
         return session_error(core::Refused::no_machine);
     }
+    // This is the busiest path, and on most sites the address does not depend on how we were asked.
     bool const depends =
         params.config.gateway || !paths.empty() || placement->address.starts_with(core::asked_name);
     auto const by = depends ? get_asked() : AskedAddress();
@@ -631,6 +633,7 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
             return session_answer(own_address(asked_by(request)));
         auto const now = clock.now();
         auto const token = core::class_token(request.query);
+        // Before the class is asked: wrong tokens can be tried no more often than that, either.
         if (!may_ask(request.quota_key, now))
             return too_many_asked(asked.interval());
         auto const seat = classes.ask_for_seat(token, now);
