@@ -162,6 +162,7 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
                   << " --help.\n";
         return {std::nullopt, exit_usage};
     }
+    // Whoever asks for help may have the rest wrong, so the rest is looked at only from here on.
     if (auto const printed = print_asked(program, given, shown))
         return {std::nullopt, *printed};
     auto const configs =

@@ -102,6 +102,7 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
     adapters::use_low_latency_scheduling();
     raise_descriptor_limit();
     std::signal(SIGCHLD, SIG_DFL); // our parent may have ignored it, and then no program could be waited for
+    // To write to a browser that has gone is an error of that connection, not the end of the server.
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGHUP,
                 SIG_IGN); // until the body handles them: neither may end a server that is starting

@@ -80,6 +80,7 @@ asio::awaitable<result<ChosenDisplay>> choose_display(SimulationConfig const& co
         }
         if (works.error().code() == asio::error::operation_aborted)
             co_return works.error();
+        // An operator who asks for private displays is not given a shared one instead.
         if (wanted.is_configured)
             co_return Failure(errc::start_failed, concat("\"display\": \"private\" does not work here: ",
                                                          works.error().message(), " (docs/sandboxes.md)"));

@@ -25,6 +25,7 @@ asio::awaitable<result<>> keep_costs(Scheduler& scheduler, adapters::KeptFile& f
     co_await asio::this_coro::throw_if_cancelled(false);
     for (;;) {
         auto const waited = co_await clock.wait_until(clock.now() + interval);
+        // At the end of the server, too, what was learned is stored: the next one begins with it.
         if (!waited)
             co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
         auto text = scheduler.save_costs(clock.now());

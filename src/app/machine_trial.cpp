@@ -52,6 +52,8 @@ asio::awaitable<result<>> try_walls(SimulationConfig const& config, TrialContext
     about.simulator = context.simulator;
     about.guard = context.guard;
     about.state = context.state;
+    // Each is tried in what was chosen before it: the sandbox as the user, the display in the sandbox. So
+    // whatever fails ends the trial.
     Remarks on_user;
     auto user = co_await choose_simulation_user(config, about, processes, clock, on_user);
     if (!user) {

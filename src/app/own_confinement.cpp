@@ -118,6 +118,7 @@ result<> confine_simulation_server(SimulationConfig config, core::SimulationFile
         add_links(files.read, config.key_dir, 1);
         add_links(files.read, context.templates, 1);
     }
+    // As for the session server: folders have to be there to get a rule.
     std::error_code failed;
     fs::create_directories(config.log_dir, failed);
     fs::create_directories(context.caches, failed);

@@ -24,6 +24,7 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
     : instances_(machine.instances()), budget_(make_fetch_budget(config.fetch_memory, config.fetch_disk)),
       files_(make_text_files())
 {
+    // These users may have been found, and yet be unable to make the sandbox: then simulations run as ours.
     if (machine.trial.sandbox.params.user.user_namespace >= 0)
         users_ = machine.trial.user.subordinate;
     if (users_)
@@ -32,6 +33,7 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
     for (auto const& forge : config.forges) {
         ProjectSource* source = nullptr;
         switch (forge.source()) {
+        // All git servers share one source, and with it one cache and its limit.
         case ForgeConfig::Source::git_server:
             source = &git(executor, config, machine, log);
             break;

@@ -161,6 +161,7 @@ result<SandboxParams> assemble(std::string_view name, SimulationConfig const& co
     if (!network)
         return network.error();
     sandbox.network = *network;
+    // Written also where no network has such rules: `check` has the sandbox try to read this file.
     if (auto const written = write_file(rules, core::internet_only_rules(own_ipv4_addresses())); !written)
         return written.error();
     sandbox.resolver = "/etc/resolv.conf";
@@ -190,6 +191,7 @@ asio::awaitable<result<>> check(SandboxParams const& sandbox, SandboxContext con
 {
     using asio::ip::tcp;
     boost::system::error_code error;
+    // Stands for a service of this machine, which a simulation must not reach.
     tcp::acceptor somebody(co_await asio::this_coro::executor);
     somebody.open(tcp::v4(), error);
     if (!error)
@@ -231,6 +233,8 @@ ContainerNetwork choose_container_network(SimulationConfig const& config, fs::pa
             Failure(errc::start_failed, "only a server that runs as root can give containers a network");
     else if (network)
         written = write_file(rules, core::internet_only_rules(own_ipv4_addresses()));
+    // Without such a network containers have Docker's, as they always had; the operator is told what that
+    // means.
     if (!network || !written) {
         remarks.warn(
             concat("Containers reach all that Docker's own networks reach, services of this machine and "
@@ -297,11 +301,13 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
                 remarks.warn(concat("Not in the stronger one: ", reasons, " (docs/sandboxes.md)."));
             co_return chosen;
         }
+        // The server is being ended, which says nothing of this sandbox.
         if (works.error().code() == asio::error::operation_aborted)
             co_return works.error();
         reasons.append(concat(reasons.empty() ? "" : "; ", names.size() > 1 ? concat(name, ": ") : "",
                               works.error().message()));
     }
+    // An operator who asks for a certain sandbox gets no server without it.
     if (config.sandbox != "auto")
         co_return Failure(errc::start_failed,
                           concat("\"sandbox\": \"", config.sandbox, "\" does not work here: ", reasons,

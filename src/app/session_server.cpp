@@ -231,6 +231,7 @@ struct Site
     /// Errors: those of the parts; some may have taken it by then.
     result<> obey(SessionConfig const& next) const
     {
+        // What reads files comes first: it is the likeliest to fail, and nothing has changed by then.
         auto const token_check = app::operator_token_check(next.access);
         if (!token_check)
             return token_check.error();
@@ -244,6 +245,7 @@ struct Site
         if (auto const usable = scheduler.apply(placement(next)); !usable)
             return usable;
         discovery.apply(discovery_params(next));
+        // The discovery tells what changes later; what it lists now is taken whole.
         fleet.set(discovery.servers());
         service.apply(std::move(*service_params));
         access.apply(session_access_params(next), *token_check);
@@ -261,6 +263,8 @@ struct Site
 
 } // namespace
 
+/// In this order: those that follow the list of machines are made before it gets its first ones
+/// (`fleet.set`), and the port is opened when all that answers there is made.
 asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, SessionConfig config,
                                          Reload<SessionConfig> reload, Logger log)
 {

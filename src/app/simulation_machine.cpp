@@ -131,6 +131,8 @@ asio::awaitable<result<std::unique_ptr<SimulationMachine>>> prepare_machine(asio
                                  ", which starts simulations: build it, or install the server again"));
     if (!simulator->notice.empty())
         log.warning(simulator->notice);
+    // Before anything is tried: a second server on this port ends here, and disturbs nothing of the first
+    // one.
     auto root = open_instances(config, log);
     if (!root)
         co_return root.error();
@@ -155,9 +157,12 @@ asio::awaitable<result<std::unique_ptr<SimulationMachine>>> prepare_machine(asio
     machine->processes = make_process_host(executor, machine->guard, context.read_only, groups,
                                            machine->metrics->graphics_times());
     machine->trial = co_await try_machine(config, std::move(context), *machine->processes, clock);
+    // Also where the trial fails: the remarks say what has led to that.
     machine->trial.remarks.tell(log);
     if (!machine->trial.outcome)
         co_return machine->trial.outcome.error();
+    // Only now it is known which users simulations have: without them, a server that is not root can't remove
+    // what they have left.
     co_await remove_left_overs(machine->root, machine->trial.user.subordinate, machine->guard, log);
     co_return machine;
 }

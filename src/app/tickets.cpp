@@ -38,6 +38,7 @@ result<std::function<std::optional<Failure>(std::string_view)>> ticket_check(Sim
     if (!mac)
         return mac.error();
     auto const port = std::to_string(config.address.port);
+    // A ticket names the machine as its session server does. That may be any of our names.
     std::vector<std::string> names;
     if (!config.address.path.empty())
         names.push_back(core::public_place(config.address));
@@ -52,6 +53,7 @@ result<std::function<std::optional<Failure>(std::string_view)>> ticket_check(Sim
     auto hint = concat(
         "A ticket was refused: it is not of a session server with our \"sessionSecret\", or not for ",
         names.front(), ". If its entry of \"simulationServers\" has another name, add that to \"hostNames\"");
+    // Shared by all copies of the function: a ticket that one has taken is used up for all.
     auto const book = std::make_shared<core::TicketBook>(std::move(*mac), std::move(names));
     return Check([book, &clock, log = std::move(log), hint = std::move(hint)](std::string_view ticket) {
         auto const verdict = book->redeem(ticket, clock.wall());

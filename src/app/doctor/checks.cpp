@@ -289,6 +289,8 @@ CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoin
 {
     constexpr auto subject = "public address";
     Findings findings;
+    // The server has made up a word at its start, which it tells here, and with each answer of /livez. Where
+    // the public address answers with another one, or none, some other program is there.
     if (viewpoint.is_running && viewpoint.instance.empty()) {
         std::function<result<std::string>()> const ask = [socket = viewpoint.socket] {
             return ask_instance(socket);

@@ -95,6 +95,7 @@ template<class Config>
 result<> look_around(Configured<Config>& configured, fs::path const& origin, std::string_view kind)
 {
     auto const& config = configured.config;
+    // Without watches no event loop could wait for what is looked at below.
     if (auto const found = adapters::find_watches(); !found) {
         configured.warnings.push_back(concat(
             origin.string(), ": ports, folders and names were not looked at: ", found.error().message()));
@@ -107,6 +108,7 @@ result<> look_around(Configured<Config>& configured, fs::path const& origin, std
     asio::io_context context;
     auto const clock = make_steady_clock(context.get_executor());
     auto const names = make_name_service(context.get_executor());
+    // All at once, and within `limit`: somebody waits for the answer.
     std::vector<Check> checks;
     for (auto& use : folders_of(config)) {
         auto const subject = use.key;

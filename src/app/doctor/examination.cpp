@@ -14,6 +14,7 @@ using namespace asio::experimental::awaitable_operators;
 
 namespace {
 
+/// What the coroutines of one examination share.
 struct RunningChecks
 {
     std::vector<Check> checks;

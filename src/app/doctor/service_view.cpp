@@ -58,6 +58,8 @@ std::vector<std::string> doctor_command(fs::path const& systemd_run, core::Servi
                                      concat("--setenv=", told_instance, "=", instance)};
     for (auto const& setting : unit.settings)
         command.push_back(concat("--property=", setting));
+    // The service has root make users for its simulations before it starts. The doctor gets its own, and
+    // leaves those of the service alone.
     if (unit.pins_users) {
         auto const guard = program.parent_path() / "webots-process-guard";
         command.push_back(concat("--property=RuntimeDirectory=", runtime_folder));
@@ -80,6 +82,8 @@ ServiceView view_of_service(std::string_view kind, Arguments const& arguments, f
     ServiceView view;
     auto const systemctl = find_system_program("systemctl");
     auto const systemd_run = find_system_program("systemd-run");
+    // Only root can have systemd start something as the service is started. The doctor that is started so
+    // does not do it again.
     if (::geteuid() != 0 || is_asked_by_root() || systemctl.empty() || systemd_run.empty())
         return view;
     auto const name = concat("webots-", kind, "-server");

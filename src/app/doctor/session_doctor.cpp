@@ -128,6 +128,7 @@ int diagnose_session_server(Arguments const& arguments)
 {
     Findings findings;
     auto const config = read_for_doctor<SessionConfig>(arguments, parse_session_config, findings);
+    // `report_findings` ends the program.
     if (!config || !can_wait(findings))
         report_findings(arguments, std::move(findings), {});
     auto const port = config->address.port;

@@ -133,6 +133,7 @@ CheckWork check_machine(SimulationConfig config, fs::path programs, core::Simula
     machine.processes = make_process_host(co_await asio::this_coro::executor, machine.guard);
     machine.trial = co_await try_machine(config, std::move(context), *machine.processes, clock);
     auto findings = machine.trial.findings;
+    // A job could wait for hours for a node.
     if (!machine.trial.outcome || machine.simulator.program.empty() || config.slurm)
         co_return findings;
     auto const started = co_await try_start(config, machine, folder.path(), clock);
@@ -209,6 +210,8 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
                                            other_files))
         findings.push_back(std::move(each));
     findings.insert(findings.end(), walls.begin(), walls.end());
+    // A server that looks at itself starts no programs: it is confined by then, and `walls` has what it found
+    // at its start.
     std::vector<Check> checks;
     if (auto display = shared_display(config); !viewpoint.is_server && !display.empty())
         checks.emplace_back("renderer", check_renderer(std::move(display)));
@@ -243,6 +246,7 @@ int diagnose_simulation_server(Arguments const& arguments, fs::path const& progr
 {
     Findings findings;
     auto const config = read_for_doctor<SimulationConfig>(arguments, parse_simulation_config, findings);
+    // `report_findings` ends the program.
     if (!config || !can_wait(findings))
         report_findings(arguments, std::move(findings), {});
     auto const port = config->address.port;

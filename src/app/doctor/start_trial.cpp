@@ -107,6 +107,8 @@ asio::awaitable<core::Finding> try_start(SimulationConfig const& configured, Sim
 {
     auto config = configured;
     core::StartReading reading;
+    // The whole way of a visitor's start, but without the network: a folder is the forge, and its world is
+    // empty.
     ForgeConfig forge("local:");
     forge.directory = folder / "projects";
     if (auto const written = write_projects(forge.directory); !written) {
