@@ -11,6 +11,7 @@
 namespace webots_cloud::app {
 namespace {
 
+// Bytes; what certbot writes has about a hundred.
 constexpr std::size_t max_challenge = 4096;
 
 /// A small file on this machine, now and then: reading it keeps nobody waiting.

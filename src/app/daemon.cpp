@@ -97,15 +97,15 @@ int report_failure(std::string const& name, Failure const& why)
 int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body,
                Logger log)
 {
-    ::prctl(PR_SET_DUMPABLE,
-            0); // simulations run as our user: they must not trace us, or read our memory and descriptors
+    // Simulations may run as our user, and must not trace us, or read our memory and descriptors.
+    ::prctl(PR_SET_DUMPABLE, 0);
     adapters::use_low_latency_scheduling();
     raise_descriptor_limit();
     std::signal(SIGCHLD, SIG_DFL); // our parent may have ignored it, and then no program could be waited for
     // To write to a browser that has gone is an error of that connection, not the end of the server.
     std::signal(SIGPIPE, SIG_IGN);
-    std::signal(SIGHUP,
-                SIG_IGN); // until the body handles them: neither may end a server that is starting
+    // Until the body handles them: neither may end a server that is starting.
+    std::signal(SIGHUP, SIG_IGN);
     std::signal(SIGUSR1, SIG_IGN);
     if (auto const enough = check_limits(own_limits()); !enough)
         return report_failure(name, enough.error());
@@ -113,8 +113,8 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
         return report_failure(name, found.error());
     // Only one thread runs it and uses its sockets, so those need no locks; other threads may still post.
     asio::io_context context(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO);
-    asio::signal_set signals(context, SIGINT,
-                             SIGTERM); // before the body starts, so that no early one is missed
+    // Before the body starts, so that no early one is missed.
+    asio::signal_set signals(context, SIGINT, SIGTERM);
     int status = exit_failed;
     auto report = [&](std::exception_ptr failure, result<> const& outcome) {
         if (failure)

@@ -99,6 +99,7 @@ std::string read_small_file(fs::path const& path)
     return std::string(buffer.data(), static_cast<std::size_t>(file.gcount()));
 }
 
+// Bytes of a file of the system. Each simulation gets copies of its own, which take memory.
 constexpr std::uintmax_t max_copied = 1 << 20;
 
 /// Who can read what simulations of this user can, where nothing else confines them.

@@ -87,8 +87,8 @@ std::vector<fs::path> read_only_folders(SimulationConfig const& config, fs::path
     // All of them, not this port's alone: a server that finds its own in use takes the next one.
     auto const caches = cache.parent_path();
     for (auto const& folder : {absolute_path(caches), absolute_path(config.log_dir / "simulation")}) {
-        fs::create_directories(
-            folder, failed); // a folder that is made later would be writable for simulations that run already
+        // A folder that is made later would be writable for simulations that run already.
+        fs::create_directories(folder, failed);
         if (fs::is_directory(folder, failed))
             folders.push_back(folder);
     }

@@ -12,6 +12,7 @@ namespace asio = boost::asio;
 
 namespace {
 
+// Bytes that are kept. The rest is read as well, so that the program does not wait for us.
 constexpr std::size_t max_output = std::size_t{4} << 20;
 
 } // namespace

@@ -27,8 +27,8 @@ using core::Findings;
 
 constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
 constexpr std::uint64_t wanted_for_session_logs = std::uint64_t{64} << 20;
-constexpr std::uint64_t wanted_for_simulation_logs =
-    gigabyte;                                               // `max_logs` of `SimulationLogsParams`, half full
+// `max_logs` of `SimulationLogsParams`, half full.
+constexpr std::uint64_t wanted_for_simulation_logs = gigabyte;
 constexpr std::uint64_t wanted_for_projects = 2 * gigabyte; // of the largest one
 
 boost::system::error_code try_port(tcp::endpoint const& where)

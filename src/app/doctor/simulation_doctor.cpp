@@ -39,6 +39,7 @@ using core::Findings;
 using core::Verdict;
 
 constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
+// Descriptors: as many for a simulation as the server reserves, and some for its browsers.
 constexpr std::uint64_t files_per_simulation = 8;
 constexpr std::uint64_t other_files = 1024;
 constexpr std::size_t max_version_file = 4096;

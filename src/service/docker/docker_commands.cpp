@@ -9,7 +9,9 @@ namespace asio = boost::asio;
 
 namespace {
 
+// For what Docker answers at once, on a machine that has very much to do.
 constexpr auto command_limit = std::chrono::seconds(60);
+// For what fetches an image.
 constexpr auto long_limit = std::chrono::minutes(5);
 
 } // namespace

@@ -38,6 +38,7 @@ namespace {
 using core::concat;
 using State = core::SimulatorState::State;
 
+// Of a container with a controller, and of a file that is copied to a node.
 constexpr auto restart_limit = std::chrono::seconds(30);
 
 // How often somebody who waits for a job is told what is new.

@@ -22,6 +22,7 @@ namespace {
 // A machine forgets who is silent for 30 s.
 constexpr Duration say_again = std::chrono::seconds(10);
 constexpr Duration longest_answer = std::chrono::seconds(30);
+// Between two connections to a machine.
 constexpr Duration next_staging_try = std::chrono::seconds(10);
 
 } // namespace

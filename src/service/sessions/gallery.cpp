@@ -77,8 +77,8 @@ asio::awaitable<result<>> Gallery::ask(ServerSpec server)
         co_return result<>(); // it has what it had
     auto worlds = answer->status == 200 ? core::parse_world_list(answer->body) : std::nullopt;
     known.pictures = core::parse_picture_keys(answer->status == 200 ? answer->body : std::string());
-    known.worlds =
-        worlds ? std::move(*worlds) : std::vector<ListedWorld>(); // Python servers know no such path
+    // Python servers know no such path.
+    known.worlds = worlds ? std::move(*worlds) : std::vector<ListedWorld>();
     page_.expire();
     auto fetched = co_await fetch_pictures(std::move(server));
     co_return fetched;

@@ -23,6 +23,7 @@ namespace asio = boost::asio;
 
 namespace {
 
+// Where nobody takes them for long, the oldest go.
 constexpr std::size_t max_events = 100'000;
 
 // Polls that are due within the same 20 ms are sent together: with 5,000 servers a timer then expires for
@@ -82,8 +83,8 @@ struct LoadMonitor::Impl final : FleetObserver
 
     void start(std::shared_ptr<Watch> const& watch)
     {
-        watch->phase = std::fmod(static_cast<double>(++started) * 0.6180339887,
-                                 1.0); // golden ratio: evenly spread, however many there are
+        // Multiples of the golden ratio are spread evenly, however many there are.
+        watch->phase = std::fmod(static_cast<double>(++started) * 0.6180339887, 1.0);
         watch->task = tasks->spawn(keep_polling(watch));
     }
 
@@ -218,9 +219,9 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
     for (auto const& address : addresses)
         if (listed.insert(address).second)
             impl_->put_server(ServerSpec(address), std::string_view());
+    // Those that are listed stand at the end now, behind those that are not.
     while (impl_->table.servers().size() > listed.size())
-        impl_->remove_server(
-            impl_->table.servers().front().address); // the others stand behind those left out
+        impl_->remove_server(impl_->table.servers().front().address);
 }
 
 void LoadMonitor::Impl::put_server(ServerSpec const& server, std::optional<std::string_view> before)

@@ -33,6 +33,7 @@ constexpr Duration machines_step = std::chrono::seconds(1);
 constexpr std::size_t machines_at_once = 10;
 constexpr Duration machines_pause = std::chrono::milliseconds(2);
 constexpr Duration lookup_limit = std::chrono::seconds(20);
+// Bytes of a query, which has three short fields.
 constexpr std::size_t max_announcement = 1000;
 
 /// A name that is looked up. Shared with its lookup, which may still run when its entry is gone.

@@ -739,8 +739,8 @@ void SessionService::Impl::update_monitor()
 Answer SessionService::Impl::monitor_page(IncomingRequest const& request)
 {
     auto const known = request.header("If-None-Match");
-    if (request.header("Accept").starts_with(
-            "application/json")) { // a page behind a proxy that blocks WebSockets
+    // Asked by a page behind a proxy that blocks WebSockets.
+    if (request.header("Accept").starts_with("application/json")) {
         auto const make = [this] { return monitor_snapshot(); };
         return monitor_json.get(clock.now(), make).answer("application/json", known);
     }

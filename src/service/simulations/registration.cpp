@@ -20,6 +20,7 @@ using core::concat;
 
 namespace {
 
+// After a failure; doubled after each that follows.
 constexpr auto first_pause = std::chrono::seconds(5);
 constexpr auto max_pause = std::chrono::minutes(10);
 

@@ -23,6 +23,7 @@ namespace {
 constexpr std::size_t looks_at_once = 4;
 constexpr std::size_t kept_lists = 32;
 constexpr auto lists_are_kept = std::chrono::seconds(30);
+// Somebody waits for the answer in a browser.
 constexpr auto longest_fetch = std::chrono::seconds(15);
 constexpr auto longest_look = std::chrono::seconds(20); // with the wait for other fetches
 constexpr std::uint64_t most_bytes = std::uint64_t{64} << 20;

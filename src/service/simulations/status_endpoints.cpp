@@ -325,8 +325,8 @@ Answer StatusEndpoints::monitor_page(IncomingRequest const& request)
     expire_old_pages();
     auto const now = context_.clock.now();
     auto const known = request.header("If-None-Match");
-    if (request.header("Accept").starts_with(
-            "application/json")) { // a page behind a proxy that blocks WebSockets
+    // Asked by a page behind a proxy that blocks WebSockets.
+    if (request.header("Accept").starts_with("application/json")) {
         auto const make = [this] { return monitor_snapshot(); };
         return monitor_json_.get(now, make).answer("application/json", known);
     }
