@@ -163,7 +163,7 @@ result<> check_sandbox(Configured<SimulationConfig> const& configured, fs::path 
                           ", or write \"auto\", which takes what there is"));
 }
 
-/// Of those that are named; whether they can be had for simulations is tried at the start.
+/// Only whether a user that is named exists; whether simulations can run as that user is tried at the start.
 result<> check_user(Configured<SimulationConfig> const& configured, fs::path const& origin)
 {
     auto const& name = configured.config.simulation_user;

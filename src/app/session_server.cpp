@@ -172,7 +172,7 @@ MachineDiscoveryParams discovery_params(SessionConfig const& config)
     return params;
 }
 
-/// Of those that the monitor polls.
+/// Among those that the monitor polls.
 std::unordered_set<std::string> unreachable_machines(LoadMonitor const& monitor)
 {
     std::unordered_set<std::string> unreachable;

@@ -191,7 +191,7 @@ struct Instruments
     std::unique_ptr<PictureTaker> const picture_taker;
 };
 
-/// The same as `AccessControl` was made with, and the repositories and limits of the service.
+/// Applies what `AccessControl` was made with, and the repositories and limits of the service.
 /// Errors: as `app::operator_token_check`; then nothing has changed.
 result<> obey(SimulationConfig const& next, SimulationWalls const& walls, AccessControl& access,
               SimulationService& service, Registration& registration, Logger const& log)

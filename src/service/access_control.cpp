@@ -163,7 +163,7 @@ struct AccessControl::Impl final : FleetObserver
         return machines_of_reach[static_cast<std::size_t>(reach)];
     }
 
-    /// Of all machines.
+    /// The widest that any machine has.
     core::Reach widest_reach() const
     {
         using enum core::Reach;
@@ -256,7 +256,7 @@ result<bool> AccessControl::Impl::is_operators(IncomingRequest const& request)
                     is_operator_token(authorization.substr(bearer.size())));
 }
 
-/// Of an operator's request. Browsers name the page that sends it; programs name none.
+/// Whether a page of another site has sent an operator's request. Browsers name the page; programs name none.
 bool AccessControl::Impl::is_of_foreign_page(IncomingRequest const& request) const
 {
     auto const origin = request.header("Origin");
@@ -285,7 +285,7 @@ std::optional<HttpResponse> AccessControl::Impl::refuse_monitor(IncomingRequest 
     return *right ? std::nullopt : std::optional(password_wanted(request));
 }
 
-/// Of a page that could not open the WebSockets that it needs next. Programs, and pages of before, name none.
+/// Whether it is of a page that could not open the WebSockets it needs next. Programs and old pages name none.
 bool AccessControl::Impl::is_of_refused_page(IncomingRequest const& request) const
 {
     auto const origin = request.header("Origin");
@@ -300,7 +300,7 @@ void AccessControl::Impl::log_origin(IncomingRequest const& request, std::string
                        ": to let it in, add \"", origin, "\" to \"allowedOrigins\""));
 }
 
-/// Of a proxy whose browsers are told an address that they can't reach.
+/// Warns of a proxy whose browsers are told an address that they can't reach.
 void AccessControl::Impl::note_lost_port(IncomingRequest const& request)
 {
     auto const origin = request.header("Origin");

@@ -25,7 +25,7 @@ namespace webots_cloud::app {
 
 /// How long others have to answer, so that what is said of them is more than that a check took too long.
 inline constexpr Duration answer_limit = std::chrono::seconds(5);
-/// Of checks that start one program after the other, on machines that have much to do.
+/// For checks that start one program after the other, on machines that have much to do.
 inline constexpr Duration trial_limit = std::chrono::seconds(9);
 
 using CheckWork = boost::asio::awaitable<core::Findings>;
@@ -41,17 +41,17 @@ struct Viewpoint
     std::filesystem::path socket; ///< at this socket of the operator.
 };
 
-/// Of the server that calls itself so.
+/// The view of the server itself, which calls itself so.
 Viewpoint view_from_inside(std::string instance);
 
 /// Whether somebody listens on the operator's socket of a server with this configuration.
 bool is_running(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
-/// What the server that runs calls itself; empty: it does not say, as older ones, or not to this user.
+/// What the server that runs calls itself; empty: it does not say, being an older one, or not to this user.
 /// Blocks.   Errors: `timed_out`: it hangs.
 result<std::string> ask_instance(std::filesystem::path const& socket);
 
-/// Of another program.
+/// The view of another program.
 Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
 /// Memory, clock and open files. `memory` and `files`: what the server may want of them.

@@ -27,7 +27,7 @@ using core::Verdict;
 
 constexpr auto limit = std::chrono::seconds(3); // of everything that is looked at, together
 
-/// Of a fault that the server would start with.
+/// For faults that the server would start with.
 Findings as_warnings(Findings findings)
 {
     for (auto& each : findings)
@@ -78,7 +78,7 @@ Findings website_findings(SimulationConfig const& config)
     return findings;
 }
 
-/// A server that runs has its ports; who runs it may be another user, whose socket we can't see.
+/// A server that runs has its ports. It may be another user's, whose socket we can't see.
 template<class Config>
 Findings ports_of(Config const& config, std::string_view kind)
 {

@@ -48,7 +48,7 @@ core::FolderReading read_folder(std::filesystem::path const& folder);
 /// `port`, and `redirectPort` where there is one. `is_running`: a server with this configuration runs.
 core::Findings port_findings(std::uint16_t port, NetworkConfig const& network, bool is_running);
 
-/// Of a server that does not run: the ports of its simulators; nothing where simulations are in containers.
+/// For a server that does not run: the ports of its simulators; nothing where simulations are in containers.
 core::Findings simulation_port_findings(SimulationConfig const& config);
 
 } // namespace webots_cloud::app

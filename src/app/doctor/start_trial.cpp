@@ -28,7 +28,7 @@ constexpr auto empty_world = "#VRML_SIM R2023b utf8\nWorldInfo {\n}\nViewpoint {
 constexpr std::size_t max_printed_lines = 10; // the last ones that it prints
 constexpr std::size_t max_printed_line = 300;
 
-/// A folder as that of a forge.
+/// A folder that can be the forge of a `local:` project.
 result<> write_projects(fs::path const& projects)
 {
     auto const world = projects / "doctor" / "empty" / "worlds" / "empty.wbt";

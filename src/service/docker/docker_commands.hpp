@@ -27,7 +27,7 @@ public:
     boost::asio::awaitable<result<std::string>> run(ProcessSpec spec) const;
     boost::asio::awaitable<result<std::string>> run(std::vector<std::string> argv) const;
 
-    /// The same for what may take five minutes, as the images of projects.
+    /// The same for what may take five minutes, such as fetching an image that a project starts from.
     boost::asio::awaitable<result<std::string>> run_long(std::vector<std::string> argv) const;
 
     /// What `docker` prints with these arguments.

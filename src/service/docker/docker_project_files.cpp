@@ -59,7 +59,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
                                 {{"file", core::compose_template_file(yml->kind)}});
     bool const own = texts.dockerfile && params_.config.project_dockerfiles;
     bool const competes = yml->kind == core::ComposeTemplate::competition;
-    // Of our Dockerfile nothing but a project's Makefile is run.
+    // With our Dockerfile nothing of the project is run but its Makefile.
     auto walls = walls_of(*compose_file, own ? !params_.config.build_network : texts.has_makefile, competes);
     // The operator's list. Without it Docker's own holds, of which the operator was warned at the start.
     Names names{core::system_calls_template};

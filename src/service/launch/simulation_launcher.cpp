@@ -510,7 +510,7 @@ void RunningSimulation::on_heartbeat()
         announce(lease_.port());
 }
 
-/// Of several changes in a row only the last is reported.
+/// Only the last of several changes in a row is reported.
 void RunningSimulation::note_activity(bool running)
 {
     if (!state_.activity(running))

@@ -79,9 +79,9 @@ public:
     /// be looked for.
     virtual bool keeps_its_port() const noexcept = 0;
 
-    // Of plans with a job:
+    // For plans with a job:
 
-    /// What somebody is told who waits for the job: a sentence, or nothing.
+    /// What somebody who waits for the job is told: a sentence, or nothing.
     virtual std::string news_of(LaunchPlan const&) const { return {}; }
 
     /// How to put a file of the project, absolute, back into the copy that the job with this number of

@@ -266,7 +266,7 @@ asio::awaitable<result<std::string>> SlurmMode::address_of(std::string node)
 namespace {
 
 /// What the partitions have left, in the place of this machine's processors and memory: session servers place
-/// by that. The rest, as the disk, is of the machine.
+/// by that. Everything else, such as the disk, is the machine's.
 class PartitionMetrics final : public HostMetrics
 {
 public:

@@ -51,7 +51,7 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     }
     process.network = sandbox.network;
     process.network.port = port;
-    process.set_user_id = false; // nothing of that kind works in there
+    process.set_user_id = false; // set-user-ID programs don't work in there
     core::set_variable(process.environment, "TMPDIR", core::sandbox_temporary);
     for (auto const* folder : {"XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME"})
         core::remove_variable(process.environment, folder); // the server's; without them they are in HOME

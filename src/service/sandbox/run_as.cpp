@@ -39,7 +39,7 @@ void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t nu
     ProcessUser user;
     user.user_namespace = wanted.user_namespace;
     if (user.user_namespace >= 0)
-        process.set_user_id = false; // nothing of that kind works in there
+        process.set_user_id = false; // set-user-ID programs don't work in there
     user.user = of_its_own ? number : wanted.user;
     user.group = of_its_own ? number : wanted.group;
     user.groups = wanted.groups;

@@ -19,7 +19,7 @@ using core::concat;
 
 namespace {
 
-// A machine forgets who is silent for 30 s.
+// A machine forgets a session server that is silent for 30 s.
 constexpr Duration say_again = std::chrono::seconds(10);
 constexpr Duration longest_answer = std::chrono::seconds(30);
 // Between two connections to a machine.

@@ -22,13 +22,13 @@ using core::concat;
 
 namespace {
 
-// The same as of a simulation server, in whose place we are.
+// As on a simulation server, whose place we take.
 constexpr auto first_message_timeout = std::chrono::seconds(30);
 constexpr std::size_t max_silent = 1000;
 constexpr std::size_t max_silent_per_client = 100;
 
-// Requests of those who wait are kept: short ones of all, and of long ones (`init` lists files) so many
-// bytes.
+// Requests of those who wait are kept: all short ones, and long ones (`init` lists files) up to this many
+// bytes together.
 constexpr std::size_t short_request = 4096;
 constexpr std::size_t max_kept = 16 * 1024 * 1024;
 
@@ -222,7 +222,7 @@ void ClientRelay::come_back(Browser& browser, std::string_view text, std::string
     // The machine may not have been found yet since our start: the browser is to come again, not to give up.
     if (token && !is_known && params_.finds_machines && clock_.now() - began_ < all_found)
         return browser.channel.close(relay::service_restart);
-    browser.options.wants_reasons = true; // who has a token knows what we add
+    browser.options.wants_reasons = true; // whoever has a token knows what we add
     if (!is_known)
         return refuse(browser, core::Refused::has_ended);
     if (hooks_.may_ask && !hooks_.may_ask(quota_key))

@@ -100,7 +100,7 @@ public:
 
     std::size_t waiting() const noexcept { return room_.size(); }
 
-    /// Whether who comes now is served or may wait.
+    /// Whether a browser that comes now is served or may wait.
     bool takes_more(TimePoint now) const;
 
     boost::asio::awaitable<void> serve(ChannelInfo info, Channel& channel);

@@ -36,7 +36,7 @@ struct ClientRelay::Machine
     TimePoint polled{};
 };
 
-/// Of a browser on its way to a machine, or there.
+/// What is known of a browser on its way to a machine, or there.
 struct ClientRelay::Ride
 {
     explicit Ride(boost::asio::any_io_executor const& executor) : changed(executor) {}

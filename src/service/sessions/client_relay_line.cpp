@@ -142,7 +142,7 @@ std::vector<std::string> ClientRelay::wishes_of(Browser const& browser, TimePoin
     return wishes;
 }
 
-/// Whether a machine that answers may still take it: one that has not refused it, be it ever so busy.
+/// Whether a machine that answers may still take it: one that has not refused it, however busy it is.
 /// Machines that are away may never come back.
 bool ClientRelay::may_be_taken(Browser const& browser, TimePoint now) const
 {
@@ -260,7 +260,7 @@ void ClientRelay::give_out_seats(TimePoint now)
     // What others ask for that no free machine has; students have more to choose from.
     std::set<std::pair<bool, std::vector<std::string>>> in_vain;
     std::size_t doubts = 0;
-    // Of those who were refused, a few in a turn: all machines are looked at for each.
+    // Only for a few of those who were refused in each turn: all machines are looked at for each of them.
     auto const is_refused_everywhere = [&](Browser const& browser) {
         return browser.refusals && ++doubts <= max_tries && !may_be_taken(browser, now);
     };
@@ -429,8 +429,8 @@ asio::awaitable<void> ClientRelay::tell_places()
 
 /// Tells those who have `first` to `end - 1` others ahead.
 ///
-/// Of 10,000 browsers hardly anything is in the processor's caches. If each were loaded just when it is told,
-/// most of our own time would go by waiting for memory.
+/// With 10,000 browsers hardly any of them is in the processor's caches. If each were loaded just when it is
+/// told, most of our own time would go by waiting for memory.
 void ClientRelay::tell_part(std::size_t first, std::size_t end, TimePoint now)
 {
     for (std::size_t ahead = first; ahead < end; ++ahead) {

@@ -374,7 +374,7 @@ void ClientRelay::note_ready(Browser& browser)
 void ClientRelay::end_browser(Browser& browser, Failure const& why)
 {
     if (why != errc::closed)
-        return browser.channel.close(relay::service_restart); // who can come back does
+        return browser.channel.close(relay::service_restart); // whoever can come back does
     auto const code = browser.ride->machine->farewell();
     browser.channel.close(is_for_browsers(code) ? code : internal_error);
 }

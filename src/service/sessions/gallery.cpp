@@ -1,3 +1,6 @@
+// The worlds that the machines of the site list, and pictures of them: the machines are asked in turn, so
+// that a page costs none of them anything. An address that somebody pastes is passed on to a machine, which
+// looks into it.
 // Decisions: core/gallery/world_list, core/simulation/first_picture.
 #include "gallery.hpp"
 

@@ -26,10 +26,10 @@ using core::concat;
 
 namespace {
 
-// Looking after the machines. What happens in between is taken over together,
+// How often the machines are looked after. What happens in between is taken over together.
 constexpr Duration machines_step = std::chrono::seconds(1);
-// of so many machines in one turn of the event loop, so that others have theirs in between: each that comes
-// is polled, and of each that goes a connection is closed.
+// This many machines in one turn of the event loop, so that others have theirs in between: each that comes is
+// polled, and the connection to each that goes is closed.
 constexpr std::size_t machines_at_once = 10;
 constexpr Duration machines_pause = std::chrono::milliseconds(2);
 constexpr Duration lookup_limit = std::chrono::seconds(20);

@@ -14,9 +14,9 @@
 
 namespace webots_cloud {
 
-/// Of thousands of machines the text is a megabyte, and takes so long to write that others would notice. So
-/// it is written once a second, whether somebody asks or not, a few machines at once. Of fewer machines it is
-/// written for whoever asks, once a second at most.
+/// With thousands of machines the text is a megabyte, and takes so long to write that others would notice. So
+/// it is written once a second, whether somebody asks or not, a few machines at once. With fewer machines it
+/// is written for whoever asks, once a second at most.
 ///
 /// Lifetime: all that it is made with must outlive it.   Thread-safety: one executor.
 class MachineMetrics

@@ -52,7 +52,7 @@ using core::concat;
 
 namespace {
 
-/// Of more the page would be so large that others noticed while it is made; its script asks for them.
+/// A page with more would be so large that others would notice while it is made; its script asks for them.
 constexpr std::size_t max_machines_in_page = 500;
 
 // Placements time out and reports become stale without an event, so availability is computed again this
@@ -492,7 +492,7 @@ std::string SessionService::Impl::address_of(std::string_view server, AskedAddre
                : core::machine_reached_at(server, params.address, by);
 }
 
-/// Of a machine that is reached below this server's own address. Empty: its entry says where it is.
+/// The path of a machine that is reached below this server's own address. Empty: its entry says where it is.
 std::string_view SessionService::Impl::path_below_us(std::string_view server, AskedAddress const& by) const
 {
     auto path = paths.empty() ? std::string_view() : paths.path_of(server);
@@ -505,7 +505,7 @@ std::string_view SessionService::Impl::path_below_us(std::string_view server, As
     return machine && !machine->spec.internal_address.empty() ? path : std::string_view();
 }
 
-/// The same as an address. Empty: browsers reach it without us.
+/// The same, as a whole address. Empty: browsers reach it without us.
 std::string SessionService::Impl::public_address(std::string_view server, AskedAddress const& by) const
 {
     auto const path = path_below_us(server, by);
@@ -518,7 +518,7 @@ std::string SessionService::Impl::own_base(AskedAddress const& by) const
     return core::own_base(params.address, params.other_names, by);
 }
 
-/// The same with a ticket, if need be.
+/// The same, with a ticket where machines want one.
 std::string SessionService::Impl::machine_address(std::string_view server, AskedAddress const& by)
 {
     auto address = address_of(server, by);
@@ -769,7 +769,7 @@ void SessionService::Impl::describe_site()
     board.describe(core::about_json(about));
 }
 
-/// Of a request without a body: `respond_to_body` answers the others.
+/// Answers a request that has no body; `respond_to_body` answers the others.
 Answer SessionService::Impl::no_folder(IncomingRequest const&)
 {
     return for_any_page(

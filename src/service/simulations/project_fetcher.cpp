@@ -137,7 +137,7 @@ asio::awaitable<result<std::vector<ListedWorld>>> ProjectFetcher::list_worlds(Pr
     co_return listed;
 }
 
-/// Of sources that have many, the first of each come first.
+/// Where sources have many, the first of each come first.
 std::vector<std::uint32_t> ProjectFetcher::cached() const
 {
     std::vector<ProjectSource const*> sources;

@@ -1,3 +1,5 @@
+// Lists the worlds of a repository or folder whose address somebody has pasted. A look fetches from a forge:
+// so there are few at once, each client has few in a minute, and lists are kept for a while.
 // Decisions: core/gallery/world_list, core/projects/repository_policy, core/access/token_buckets.
 #include "repository_worlds.hpp"
 

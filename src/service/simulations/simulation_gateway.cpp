@@ -1,3 +1,5 @@
+// How one simulation is reached: at a port of its own, or below this server by a token that only its browser
+// is told; and where controllers of its robots connect. Once it has ended, nothing leads to it any more.
 // Decisions: core/simulation/gateway_address, core/simulation/public_base, core/access/controller_address.
 #include "simulation_gateway.hpp"
 
@@ -169,7 +171,6 @@ asio::awaitable<void> SimulationGateway::close_after_goodbyes()
     if (!tunnels_)
         co_return;
     auto const executor = co_await asio::this_coro::executor;
-    // Shared with the tunnels, which may still call it when our time is up.
     auto const emptied = std::make_shared<async::Wakeup>(executor);
     tunnels_->refuse_new([emptied] { emptied->notify(); });
     auto& clock = context_.clock;

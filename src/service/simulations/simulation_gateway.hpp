@@ -1,5 +1,5 @@
 // How a simulation that is ready is reached: by browsers, through this server or at a port of its own, and by
-// controllers of its robots that run elsewhere. Who knows its tokens comes in.
+// controllers of its robots that run elsewhere. Whoever knows its tokens gets in.
 #pragma once
 
 #include "core/access/controller_address.hpp"
@@ -83,7 +83,7 @@ public:
     /// Null: it is not reached through us.
     TunnelGroup const* tunnels() const noexcept { return tunnels_.get(); }
 
-    /// Cuts off who is still connected, and lets nobody in any more.
+    /// Cuts off whoever is still connected, and lets nobody in any more.
     void close();
 
     /// As `close`, once browsers have closed their connections, for those who watch a page that quits. The

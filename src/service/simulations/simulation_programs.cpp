@@ -1,3 +1,5 @@
+// The programs of a project that its page may show, change and compile. They are read once, before a
+// simulator could change them; what is saved goes into the project's folder, and into copies of it elsewhere.
 // Decisions: core/simulation/editable_files, core/projects/lesson.
 #include "simulation_programs.hpp"
 

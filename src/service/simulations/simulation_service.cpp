@@ -261,7 +261,7 @@ Answer SimulationService::Impl::world_picture(IncomingRequest const& request)
     return pictures.answer(request.path.substr(folder.size()), request.header("If-None-Match"));
 }
 
-/// Of a request without a body: `respond_to_body` answers the others.
+/// Answers a request that has no body; `respond_to_body` answers the others.
 Answer SimulationService::Impl::no_folder(IncomingRequest const&)
 {
     return core::json_page(core::world_list_error(core::refused(core::Refused::address_without_folder)));
@@ -507,7 +507,7 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, Chann
     if (session)
         taken = co_await session->take_over();
     if (!taken) {
-        tell(channel, core::refused(core::Refused::has_ended), true); // who has a token knows what we add
+        tell(channel, core::refused(core::Refused::has_ended), true); // whoever has a token knows what we add
         co_return;
     }
     context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",

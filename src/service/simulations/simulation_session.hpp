@@ -119,7 +119,7 @@ public:
     /// Whether it runs a world of a forge, and streams pictures of it.
     bool streams_pictures() const;
 
-    /// Of its world, as the browser gave it; empty: it is a project of a website.
+    /// The address of its world, as the browser gave it; empty: it is a project of a website.
     std::string_view address() const noexcept;
 
     std::uint64_t id() const noexcept { return id_; }

@@ -1,7 +1,7 @@
 // The worlds that are staged are those of the configuration and then those that session servers want for
-// their classes (`serve`). Looks once a second, and whenever something has changed, what core::Staging wants:
-// begins one staged simulation, gives others back. The simulations are SimulationSessions, which clean up
-// after themselves.
+// their classes (`serve`). Once a second, and whenever something has changed, core::Staging says what is to
+// be done: one staged simulation is begun, others are given back. The simulations are SimulationSessions,
+// which clean up after themselves.
 // Decisions: core/simulation/staging.
 #include "stager.hpp"
 
@@ -164,7 +164,8 @@ asio::awaitable<result<>> Stager::act_on_changes()
     }
 }
 
-/// Of a git server a fetch shows what is new; who changes a plain folder fetches nothing.
+/// What is new on a git server shows when somebody fetches it. When somebody changes a plain folder, nothing
+/// is fetched.
 asio::awaitable<result<>> Stager::watch_folders()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
