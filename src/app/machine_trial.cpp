@@ -33,7 +33,7 @@ core::Finding finding_of(std::string_view subject, std::string_view key, std::st
     return core::judge_attempt(subject, key, reading);
 }
 
-/// Whose risks are judged when the sandbox is known, which may not work for another user.
+/// Only once the sandbox is known, which another user may not be able to make: then simulations run as ours.
 void judge_user(MachineTrial& trial, SimulationUser const& user, Remarks const& remarks)
 {
     auto warnings = remarks.warnings();

@@ -285,7 +285,8 @@ std::optional<HttpResponse> AccessControl::Impl::refuse_monitor(IncomingRequest 
     return *right ? std::nullopt : std::optional(password_wanted(request));
 }
 
-/// Whether it is of a page that could not open the WebSockets it needs next. Programs and old pages name none.
+/// Whether it comes from a page that could not open the WebSockets that it needs next. Programs and old pages
+/// name none.
 bool AccessControl::Impl::is_of_refused_page(IncomingRequest const& request) const
 {
     auto const origin = request.header("Origin");
