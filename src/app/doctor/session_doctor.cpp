@@ -107,6 +107,7 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
     auto const names = make_name_service(executor);
     auto checks = common_checks(folders_of(config), log_file_of(config), config.network, config.address,
                                 viewpoint, *http, *names);
+    // Names of machines may have name servers of their own; all else is looked up as the system does.
     auto const machine_names = make_name_service(executor, config.name_servers);
     for (auto const& server : config.simulation_servers) {
         if (server.address == core::announced_entry)
