@@ -5,15 +5,14 @@
 #include "spawn.hpp"
 
 #include <fcntl.h>
-#include <sys/poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <system_error>
+#include <utility>
 
 namespace webots_cloud::adapters {
 namespace {
@@ -25,27 +24,6 @@ constexpr std::size_t max_printed = std::size_t{1} << 20; // what follows is rea
 std::string error_text(int number)
 {
     return std::error_code(number, std::generic_category()).message();
-}
-
-/// Reads until the other end is closed.   Returns: whether that was before the deadline.
-bool read_until(std::chrono::steady_clock::time_point deadline, int pipe, std::string& output)
-{
-    using std::chrono::milliseconds;
-    std::array<char, 4096> buffer;
-    for (;;) {
-        auto const left = std::chrono::ceil<milliseconds>(deadline - std::chrono::steady_clock::now());
-        pollfd readable{pipe, POLLIN, 0};
-        int const ready = left.count() > 0 ? ::poll(&readable, 1, static_cast<int>(left.count())) : 0;
-        if (ready < 0 && errno == EINTR)
-            continue;
-        if (ready <= 0)
-            return false;
-        auto const size = ::read(pipe, buffer.data(), buffer.size());
-        if (size <= 0)
-            return true;
-        if (output.size() < max_printed)
-            output.append(buffer.data(), static_cast<std::size_t>(size));
-    }
 }
 
 } // namespace
@@ -71,17 +49,14 @@ result<ProgramEnd> run_program(std::vector<std::string> const& command, Duration
                        concat(command.front(), " can't be started: ", error_text(failure)));
     // Else our own end would keep the output open when the program's is closed.
     input_end = FileDescriptor();
-    ProgramEnd end;
-    bool const has_ended = read_until(std::chrono::steady_clock::now() + limit, output_end.get(), end.output);
-    if (!has_ended)
-        ::kill(process, SIGKILL);
-    int status = 0;
-    while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
-    }
-    if (!has_ended)
+    auto ended = await_end(process, output_end.get(), max_printed,
+                           std::chrono::ceil<std::chrono::milliseconds>(limit));
+    if (!ended.in_time)
         return Failure(errc::timed_out, concat(command.front(), " has not ended in time"));
     constexpr int of_signals = 128; // as shells do
-    end.status = WIFEXITED(status) ? WEXITSTATUS(status) : of_signals + WTERMSIG(status);
+    ProgramEnd end;
+    end.output = std::move(ended.output);
+    end.status = WIFEXITED(ended.status) ? WEXITSTATUS(ended.status) : of_signals + WTERMSIG(ended.status);
     return end;
 }
 

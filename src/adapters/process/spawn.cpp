@@ -1,7 +1,17 @@
 #include "spawn.hpp"
 
+#include "adapters/files/file_descriptor.hpp"
+
 #include <spawn.h>
+#include <sys/poll.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
 
 namespace webots_cloud::adapters {
 namespace {
@@ -15,6 +25,35 @@ std::vector<char*> pointers(std::string const* first, std::vector<std::string> c
         all.push_back(const_cast<char*>(text.c_str()));
     all.push_back(nullptr);
     return all;
+}
+
+using Deadline = std::chrono::steady_clock::time_point;
+
+/// Waits for something to be read, or an end.   False: there was nothing until the deadline.
+bool await_input(int descriptor, Deadline deadline)
+{
+    using std::chrono::milliseconds;
+    for (;;) {
+        auto const left = std::chrono::ceil<milliseconds>(deadline - std::chrono::steady_clock::now());
+        pollfd readable{descriptor, POLLIN, 0};
+        int const ready = left.count() > 0 ? ::poll(&readable, 1, static_cast<int>(left.count())) : 0;
+        if (ready >= 0 || errno != EINTR)
+            return ready > 0;
+    }
+}
+
+/// Until the other end is closed.   False: that was not before the deadline.
+bool read_all(int from, std::string& output, std::size_t most, Deadline deadline)
+{
+    std::array<char, 4096> buffer;
+    while (await_input(from, deadline)) {
+        auto const size = ::read(from, buffer.data(), buffer.size());
+        if (size <= 0)
+            return true;
+        auto const wanted = std::min(static_cast<std::size_t>(size), most - std::min(most, output.size()));
+        output.append(buffer.data(), wanted);
+    }
+    return false;
 }
 
 } // namespace
@@ -39,6 +78,20 @@ std::pair<int, pid_t> Spawn::operator()() const
                     pointers(nullptr, environment).data());
     posix_spawn_file_actions_destroy(&actions);
     return {error, process};
+}
+
+SpawnEnd await_end(pid_t process, int output, std::size_t most, std::chrono::milliseconds limit)
+{
+    auto const deadline = std::chrono::steady_clock::now() + limit;
+    FileDescriptor const ended(static_cast<int>(::syscall(SYS_pidfd_open, process, 0)));
+    SpawnEnd end;
+    end.in_time = read_all(output, end.output, most, deadline) &&
+                  (ended.get() < 0 || await_input(ended.get(), deadline));
+    if (!end.in_time)
+        ::kill(process, SIGKILL);
+    while (::waitpid(process, &end.status, 0) < 0 && errno == EINTR)
+        continue;
+    return end;
 }
 
 } // namespace webots_cloud::adapters

@@ -1,6 +1,8 @@
 // Starts programs without copying our own process.
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,5 +30,19 @@ struct Spawn
     /// Returns: 0 or the errno of the failure, and the number of the new process.
     std::pair<int, pid_t> operator()() const;
 };
+
+/// How a started program has ended.
+struct SpawnEnd
+{
+    SpawnEnd() = default;
+
+    bool in_time = false; ///< Else it was killed.
+    int status = 0;       ///< As `waitpid` says.
+    std::string output;   ///< The first of it.
+};
+
+/// Reads what a program prints, at most `most` bytes, and waits for its end, also where it closes its output
+/// before: until `limit` is over, when it is killed. For a thread that may wait.
+SpawnEnd await_end(pid_t process, int output, std::size_t most, std::chrono::milliseconds limit);
 
 } // namespace webots_cloud::adapters

@@ -12,15 +12,12 @@
 #include <linux/nsfs.h>
 #include <sched.h>
 #include <sys/ioctl.h>
-#include <sys/poll.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <utility>
@@ -32,7 +29,6 @@ namespace {
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using core::concat;
-using std::chrono::steady_clock;
 
 constexpr auto start_limit = std::chrono::seconds(15); // of a machine that has much to do
 constexpr auto run_limit = std::chrono::minutes(1);
@@ -68,41 +64,13 @@ struct GuardRun
             return system_failure(concat(guard.native(), " can't be started"));
         // Else our own end would keep the output open when the guard's is closed.
         output_end = FileDescriptor();
-        std::string text;
-        bool const complete = read(output.get(), text);
-        if (!complete)
-            ::kill(process, SIGKILL);
-        int status = 0;
-        while (::waitpid(process, &status, 0) < 0 && errno == EINTR)
-            continue;
-        if (!complete)
+        auto const end = await_end(process, output.get(), max_output, limit);
+        if (!end.in_time)
             return Failure(errc::timed_out, concat(arguments.front(), " takes too long"));
-        text = std::string(core::trim(text));
-        if (status != 0)
+        auto text = std::string(core::trim(end.output));
+        if (end.status != 0)
             return Failure(errc::start_failed, text.empty() ? "the guard has failed" : core::printable(text));
         return text;
-    }
-
-    /// Until the end of the output.   False: that did not come in time.
-    bool read(int output, std::string& text) const
-    {
-        auto const deadline = steady_clock::now() + limit;
-        std::array<char, 512> buffer;
-        for (;;) {
-            auto const left =
-                std::chrono::duration_cast<std::chrono::milliseconds>(deadline - steady_clock::now());
-            pollfd watched{output, POLLIN, 0};
-            int const ready = left.count() > 0 ? ::poll(&watched, 1, static_cast<int>(left.count())) : 0;
-            if (ready < 0 && errno == EINTR)
-                continue;
-            if (ready <= 0)
-                return false;
-            auto const size = ::read(output, buffer.data(), buffer.size());
-            if (size <= 0)
-                return true;
-            if (text.size() < max_output)
-                text.append(buffer.data(), static_cast<std::size_t>(size));
-        }
     }
 
     fs::path guard;

@@ -34,6 +34,7 @@ constexpr double min_relative = 0.02;
 constexpr double least_processors = 0.001; // or graphics processors, to judge others by
 /// No machine outweighs a fleet by the sessions that it claims to have.
 constexpr double most_sessions = 64;
+constexpr double most_weight = most_of_fleet + most_sessions;
 constexpr double max_memory = 1e15; // bytes
 /// The relative standard deviation of the sessions of one world.
 constexpr double within_world = 0.25;
@@ -210,7 +211,7 @@ void WorldCosts::write(std::string& text, std::uint64_t digest, Estimate const& 
     std::array<char, 16> digits{};
     text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), digest, 16).ptr);
     append(text, estimate.mean);
-    append(text, estimate.weight);
+    append(text, std::min(estimate.weight, most_weight)); // more, after a silence, would not be read again
     append(text, estimate.memory);
     append(text, std::max(estimate.graphics, 0.0));
     append(text, std::clamp(std::chrono::duration<double>(now - estimate.seen).count(), 0.0, max_age));
@@ -247,7 +248,7 @@ std::optional<WorldCosts> WorldCosts::load(std::string_view text, TimePoint now)
         text.remove_prefix(end + 1);
         auto const digest = take_digest(line);
         auto const mean = digest ? take_number(line, max_processors) : std::nullopt;
-        auto const weight = mean ? take_number(line, most_of_fleet + most_sessions) : std::nullopt;
+        auto const weight = mean ? take_number(line, most_weight) : std::nullopt;
         auto const memory = weight ? take_number(line, max_memory) : std::nullopt;
         auto const graphics = memory ? take_number(line, max_processors) : std::nullopt;
         auto const age = graphics ? take_number(line, max_age) : std::nullopt;

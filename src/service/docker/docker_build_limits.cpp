@@ -11,6 +11,7 @@
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
+#include <utility>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -36,8 +37,10 @@ void DockerBuildLimits::begin(std::string project)
 void DockerBuildLimits::end(std::string const& project) noexcept
 {
     projects_.erase(project);
-    if (projects_.empty() && following_)
+    if (projects_.empty() && following_) {
+        is_ending_ = true;
         following_->terminate();
+    }
 }
 
 asio::awaitable<result<>> DockerBuildLimits::run()
@@ -55,7 +58,8 @@ asio::awaitable<result<>> DockerBuildLimits::run()
             continue;
         }
         co_await follow();
-        if (projects_.empty())
+        // It was ended by us, and the next build may have begun meanwhile.
+        if (std::exchange(is_ending_, false) || projects_.empty())
             continue;
         // Docker has ended by itself, and may be down: it is not asked again without a pause.
         auto const waited = co_await clock_.wait_until(clock_.now() + between_attempts);
@@ -68,7 +72,9 @@ asio::awaitable<result<>> DockerBuildLimits::run()
 asio::awaitable<void> DockerBuildLimits::follow()
 {
     // Docker first prints what has started since then: steps that were faster than we are limited as well.
-    auto argv = core::watch_starts(params_.identity, projects_.begin()->second);
+    auto const began_earlier = [](auto const& left, auto const& right) { return left.second < right.second; };
+    auto const first = std::min_element(projects_.begin(), projects_.end(), began_earlier);
+    auto argv = core::watch_starts(params_.identity, first->second);
     argv.insert(argv.begin(), params_.docker.string());
     auto spec = commands_.spec(std::move(argv));
     auto process = co_await processes_.start(std::move(spec));
@@ -76,8 +82,10 @@ asio::awaitable<void> DockerBuildLimits::follow()
         co_return;
     following_ = std::move(*process);
     // The last build may have ended while docker was being started, when `end` had nothing to terminate.
-    if (projects_.empty())
+    if (projects_.empty()) {
+        is_ending_ = true;
         following_->terminate();
+    }
     core::LineSplitter lines;
     for (;;) {
         auto const event = co_await following_->next_event();

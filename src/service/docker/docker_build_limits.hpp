@@ -49,6 +49,7 @@ private:
     Logger log_;
     std::map<std::string, WallTime> projects_; ///< That may build, and since when.
     std::unique_ptr<Process> following_;       ///< Null: docker is not followed.
+    bool is_ending_ = false;                   ///< Docker was told to end, since nothing was built.
     std::optional<async::Wakeup> begun_;       ///< While `run()` is awaited.
 };
 

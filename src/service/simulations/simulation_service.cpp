@@ -444,7 +444,8 @@ asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint
         // the deadline.
         if (std::holds_alternative<core::ResetControllerMessage>(message) ||
             std::holds_alternative<core::ReadFileMessage>(message) ||
-            std::holds_alternative<core::WriteFileMessage>(message))
+            std::holds_alternative<core::WriteFileMessage>(message) ||
+            std::holds_alternative<core::CompileMessage>(message))
             tell(channel, core::refused(core::Refused::no_start_to_reset), false);
         if (std::holds_alternative<core::ExtendMessage>(message))
             tell(channel, core::refused(core::Refused::no_start_to_extend), false);

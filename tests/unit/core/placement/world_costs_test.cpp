@@ -266,6 +266,16 @@ BOOST_FIXTURE_TEST_CASE(what_was_saved_fades_like_what_was_not, Saved)
     check(costs, loaded);
 }
 
+BOOST_AUTO_TEST_CASE(what_was_learned_after_a_long_silence_is_known_again_after_a_restart)
+{
+    Fleet fleet;
+    fleet.watch({}, 5'000);
+    for (int i = 0; i < 3; ++i)
+        fleet.costs.learn({use_of("average", "average", 900, 900)}, {10'000, 0}, minutes(30),
+                          fleet.now += minutes(30));
+    BOOST_TEST(WorldCosts::load(fleet.costs.save(fleet.now), fleet.now).has_value());
+}
+
 BOOST_AUTO_TEST_CASE(what_is_saved_is_bounded_and_of_the_latest)
 {
     Fleet fleet;

@@ -3,8 +3,11 @@
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
+#include "core/docker/build_limits.hpp"
 #include "core/docker/docker_leftovers.hpp"
 #include "core/text.hpp"
+#include "service/docker/docker_build_limits.hpp"
+#include "service/docker/docker_commands.hpp"
 
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/simulation_service.hpp>
@@ -543,6 +546,32 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     BOOST_TEST(lines.at(5) == "/bin/docker update --pids-limit 50 0c");
     BOOST_TEST(lines.at(6) == lines.at(3));
     BOOST_TEST(fixture.processes.alive() == 0);
+}
+
+// The names of projects end with the numbers of their simulations, of which 10 is before 9.
+BOOST_AUTO_TEST_CASE(docker_is_asked_for_the_steps_of_the_build_that_began_first)
+{
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedProcesses processes(world.clock);
+    auto params = docker_params();
+    params.limits.processes = 50;
+    DockerCommands const commands(params, processes, world.clock);
+    DockerBuildLimits limits(params, commands, processes, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    processes.expect();
+    auto const first = world.clock.wall();
+    limits.begin("webots-9");
+    world.advance(5s);
+    limits.begin("webots-10");
+    tasks.spawn(run(limits));
+    world.settle();
+    auto expected = core::watch_starts(params.identity, first);
+    expected.insert(expected.begin(), params.docker.string());
+    BOOST_TEST_REQUIRE(processes.started().size() == 1u);
+    BOOST_TEST(processes.started().front().argv == expected, boost::test_tools::per_element());
+    tasks.cancel_all();
+    world.run(tasks.join());
 }
 
 /// As docker numbers images.

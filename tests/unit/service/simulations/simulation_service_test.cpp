@@ -1209,6 +1209,10 @@ BOOST_AUTO_TEST_CASE(without_a_project_there_is_no_controller_to_reset)
     auto& idle = fixture.start(R"({"reset controller":"walk/walk.py"})");
     BOOST_TEST(idle.sent.back() ==
                "loading: Error: No simulation was started: there is no controller to reset.");
+    idle.sent.clear();
+    idle.browser_says(R"({"compile":"walk"})");
+    fixture.world.settle();
+    BOOST_TEST(idle.was_told("loading: Error: No simulation was started"));
     auto& early = fixture.start();
     early.browser_says(R"({"reset controller":"walk/walk.py"})");
     fixture.world.settle();
