@@ -121,7 +121,8 @@ bool apply_rules_in(int other, Network const& network)
     bool const hears = !reaches_internet || own.listen();
     pid_t const process = process_of(container.docker, id);
     int const other = other_network(process);
-    // The rules come before slirp4netns, which opens the way: the container is running already.
+    int const ours = open("/proc/self/ns/net", O_RDONLY | O_CLOEXEC);
+    // All that is forbidden comes before slirp4netns, which opens the way: the container is running already.
     char const* problem = nullptr;
     if (other < 0)
         problem = "it has none of its own";
@@ -129,12 +130,14 @@ bool apply_rules_in(int other, Network const& network)
         problem = "the addresses of this machine can't be looked up";
     else if (reaches_internet && !apply_rules_in(other, network))
         problem = "its routes can't be set";
+    // Back again: slirp4netns needs the network of the machine.
+    else if (reaches_internet &&
+             (setns(other, CLONE_NEWNET) != 0 || !own.forbid_all() || setns(ours, CLONE_NEWNET) != 0))
+        problem = "the addresses of this machine can't be kept out of it";
     else if (reaches_internet && !attach_slirp(network, process))
         problem = "slirp4netns can't be attached";
     else if (setns(other, CLONE_NEWNET) != 0)
         problem = std::strerror(errno);
-    else if (reaches_internet && !own.forbid_all())
-        problem = "the addresses of this machine can't be kept out of it";
     constexpr int no_report = -1; // the server believes what the simulator prints
     if (!problem)
         serve(acceptor, network, own, no_report);
