@@ -97,6 +97,13 @@ bool await_ready(int socket)
     return size == 1;
 }
 
+void let_go(int& descriptor)
+{
+    if (descriptor >= 0)
+        close(descriptor);
+    descriptor = -1;
+}
+
 } // namespace
 
 char const* describe(NetworkFailure failure)
@@ -206,6 +213,12 @@ void serve(int acceptor, Network const& network, OwnAddresses& own, int report)
     _exit(1); // whoever started us ends the program then
 }
 
+NetworkSetup::~NetworkSetup()
+{
+    for (int* const descriptor : {&acceptor_, &ends_[0], &ends_[1], &report_[0], &report_[1]})
+        let_go(*descriptor);
+}
+
 bool NetworkSetup::prepare()
 {
     if (!network_.is_own())
@@ -224,15 +237,15 @@ NetworkFailure NetworkSetup::complete_inside()
 {
     if (!network_.is_own())
         return NetworkFailure::nothing;
-    close(ends_[0]);
-    close(std::exchange(report_[0], -1));
+    let_go(ends_[0]);
+    let_go(report_[0]);
     if (!bring_loopback_up())
         return NetworkFailure::loopback;
     int const dumpable = prctl(PR_GET_DUMPABLE);
     prctl(PR_SET_DUMPABLE, 1); // slirp4netns, started by the same user, enters our namespaces through /proc
     bool const attached = say_ready(ends_[1]) && await_ready(ends_[1]);
     prctl(PR_SET_DUMPABLE, dumpable);
-    close(ends_[1]);
+    let_go(ends_[1]);
     if (!attached)
         return NetworkFailure::slirp;
     // In force before the program starts, and so before anything uses the way that slirp4netns has opened.
@@ -248,8 +261,8 @@ NetworkFailure NetworkSetup::complete_inside()
         let_go_of_input_and_output();
         serve(acceptor_, network_, own_, report_[1]);
     }
-    close(acceptor_);
-    close(report_[1]);
+    let_go(acceptor_);
+    let_go(report_[1]);
     return relay_ > 0 ? NetworkFailure::nothing : NetworkFailure::relay;
 }
 
@@ -258,14 +271,14 @@ void NetworkSetup::complete_outside(pid_t inside)
     if (!network_.is_own())
         return;
     // These are for the other side. As long as we had them, too, we would not hear of its end.
-    close(ends_[1]);
-    close(acceptor_);
-    close(report_[1]);
+    let_go(ends_[1]);
+    let_go(acceptor_);
+    let_go(report_[1]);
     await_word_of(inside, ends_[0]);
     if (await_ready(ends_[0]) &&
         (network_.reach != Network::Reach::internet || attach_slirp(network_, inside)))
         say_ready(ends_[0]);
-    close(ends_[0]);
+    let_go(ends_[0]);
 }
 
 } // namespace webots_cloud::guard

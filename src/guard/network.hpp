@@ -72,7 +72,7 @@ class NetworkSetup
 public:
     explicit NetworkSetup(Network const& network) : network_(network) {}
     NetworkSetup(NetworkSetup const&) = delete;
-    ~NetworkSetup() { close(report_[0]); }
+    ~NetworkSetup(); ///< Also where nothing came of it: the next attempt binds the same port.
 
     /// Before the namespaces are made.   False: `errno` says why not.
     bool prepare();

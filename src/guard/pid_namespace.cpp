@@ -208,6 +208,8 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
     NetworkSetup network(program.network);
     if (!network.prepare()) {
         started.error = errno;
+        close(ends[0]);
+        close(ends[1]);
         return started;
     }
     if (program.network.is_own())
