@@ -1,10 +1,7 @@
 #include "controllers.hpp"
 
+#include "async/wakeup.hpp"
 #include "core/text.hpp"
-
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 
 namespace webots_cloud::app {
 
@@ -12,14 +9,14 @@ namespace asio = boost::asio;
 
 Controllers::Controllers(asio::any_io_executor executor, std::uint16_t port, NetworkConfig const& network,
                          ControllerDoor& door, Logger log)
-    : executor_(std::move(executor)), log_(std::move(log))
+    : log_(std::move(log))
 {
     if (port == 0)
         return;
     ControllerServerParams params;
     params.address = network.listen_address;
     params.port = port;
-    server_ = make_controller_server(executor_, std::move(params), door, log_);
+    server_ = make_controller_server(std::move(executor), std::move(params), door, log_);
 }
 
 result<> Controllers::listen()
@@ -37,9 +34,7 @@ asio::awaitable<result<>> Controllers::run()
 {
     if (server_)
         co_return co_await server_->run();
-    asio::steady_timer forever(executor_, asio::steady_timer::time_point::max());
-    (void)co_await forever.async_wait(asio::as_tuple(asio::use_awaitable));
-    co_return Failure(asio::error::operation_aborted);
+    co_return co_await async::until_cancelled();
 }
 
 std::size_t descriptors_of_controllers(std::uint16_t port)

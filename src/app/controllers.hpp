@@ -23,7 +23,6 @@ public:
     boost::asio::awaitable<result<>> run();
 
 private:
-    boost::asio::any_io_executor executor_;
     Logger log_;
     std::unique_ptr<ControllerServer> server_; ///< Null: there is no such port.
 };

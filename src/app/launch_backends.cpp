@@ -2,6 +2,7 @@
 // backend that runs simulations. Where Docker or Slurm keeps a limit, we do not keep it as well.
 #include "launch_backends.hpp"
 
+#include "async/wakeup.hpp"
 #include "core/docker/docker_leftovers.hpp"
 #include "core/simulation/controller_compiler.hpp"
 #include "core/simulation/simulator_environment.hpp"
@@ -14,7 +15,6 @@
 
 #include <unistd.h>
 
-#include <chrono>
 #include <string>
 #include <utility>
 
@@ -147,17 +147,13 @@ asio::awaitable<result<LaunchBackends>> open_backends(SimulationConfig const& co
     co_return backends;
 }
 
-asio::awaitable<result<>> run(LaunchBackends& backends, Clock& clock)
+asio::awaitable<result<>> run(LaunchBackends& backends)
 {
     if (backends.slurm)
         co_return co_await backends.slurm->run();
     if (backends.docker)
         co_return co_await backends.docker->run();
-    for (;;) {
-        auto const waited = co_await clock.wait_until(clock.now() + std::chrono::hours(24));
-        if (!waited)
-            co_return waited;
-    }
+    co_return co_await async::until_cancelled();
 }
 
 SimulationLauncherParams launcher_params(SimulationConfig const& config, SimulationMachine const& machine,

@@ -36,7 +36,7 @@ boost::asio::awaitable<result<LaunchBackends>>
 open_backends(SimulationConfig const& config, SimulationMachine& machine, Clock& clock, Logger log);
 
 /// Runs them until cancelled; where there is none, there is nothing to do until then.
-boost::asio::awaitable<result<>> run(LaunchBackends& backends, Clock& clock);
+boost::asio::awaitable<result<>> run(LaunchBackends& backends);
 
 /// Tells the operator what does not go as configured.
 SimulationLauncherParams launcher_params(SimulationConfig const& config, SimulationMachine const& machine,

@@ -4,9 +4,13 @@
 
 #include <webots_cloud/error.hpp>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace webots_cloud::app {
+
+/// Of one simulation: pipes, the guard, and what fetching a project needs.
+inline constexpr std::size_t descriptors_per_simulation = 8;
 
 struct OwnLimits
 {

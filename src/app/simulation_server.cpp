@@ -20,6 +20,7 @@
 #include "metrics.hpp"
 #include "operator_requests.hpp"
 #include "own_confinement.hpp"
+#include "own_limits.hpp"
 #include "project_sources.hpp"
 #include "signals.hpp"
 #include "simulation_folders.hpp"
@@ -52,8 +53,6 @@ namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using app::absolute_path;
 using core::concat;
-
-constexpr std::size_t descriptors_per_simulation = 8; // pipes, the guard, and what fetching a project needs
 
 /// What this machine can run, for session servers. Webots is beside `program`, with its version in a file.
 std::vector<std::string> labels_of(SimulationConfig const& config, fs::path const& program)
@@ -113,7 +112,7 @@ HttpServerParams server_params(SimulationConfig const& config, app::MachineTrial
 {
     auto params = http_server_params(config.address.port, config.network);
     params.spare_descriptors +=
-        descriptors_per_simulation * static_cast<std::size_t>(config.launching.max_simulations);
+        app::descriptors_per_simulation * static_cast<std::size_t>(config.launching.max_simulations);
     params.spare_descriptors += app::descriptors_of_controllers(config.service.controller_port);
     params.keeps_watches = !app::shared_user_risk(trial.user, trial.sandbox.params.user).empty();
     return params;
@@ -295,12 +294,11 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     };
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
-    auto parts =
-        async::first_of(server->run(challenges), redirect.run(), controllers.run(), operators->run(access),
-                        report_to(*manager, *clock), service.run(), registration.run(), announcing.run(),
-                        app::run(*backends, *clock), doctor.run(look), app::obey_sigusr1(executor, drain),
-                        app::sum_up_log(log, *clock),
-                        app::obey_sighup(executor, std::move(reload), config, apply, log), logs->run());
+    auto parts = async::first_of(
+        server->run(challenges), redirect.run(), controllers.run(), operators->run(access),
+        report_to(*manager, *clock), service.run(), registration.run(), announcing.run(), app::run(*backends),
+        doctor.run(look), app::obey_sigusr1(executor, drain), app::sum_up_log(log, *clock),
+        app::obey_sighup(executor, std::move(reload), config, apply, log), logs->run());
     co_return co_await std::move(parts);
 }
 

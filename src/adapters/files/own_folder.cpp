@@ -106,6 +106,8 @@ result<std::vector<std::string>> make_own_folder(std::filesystem::path const& pa
     FileDescriptor const file(
         ::openat(own->get(), trial, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
     std::string const text(block, ' ');
+    if (file)
+        errno = ENOSPC; // where only a part is written, nothing else is said
     bool const is_written = file && ::write(file.get(), text.data(), block) == static_cast<ssize_t>(block);
     auto const failure = system_failure(path);
     if (file)

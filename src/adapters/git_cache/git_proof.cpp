@@ -14,7 +14,6 @@ namespace webots_cloud::adapters {
 namespace {
 
 using core::concat;
-constexpr std::size_t left_out = 50'000; // as many as a layout may have
 
 using Objects = std::unordered_map<core::GitObjectId, std::string, core::GitObjectIdHash>;
 
@@ -116,7 +115,7 @@ bool is_proven(std::string_view proof, core::GitObjectId const& commit, GitIndex
         return found == trees.end() ? nullptr : &found->second;
     };
     core::GitLayoutLimits limits; // larger than the index, by what was left out
-    limits.items = static_cast<std::uint32_t>(2 * index.entries.size() + left_out);
+    limits.items = static_cast<std::uint32_t>(2 * index.entries.size() + core::GitLayoutLimits().items);
     // The same steps as after the download, so that they come to the same layout.
     auto way = core::find_git_folder(*root, folder, limits, lookup);
     auto const layout = way ? core::lay_out_git_folder(*way, limits, lookup)

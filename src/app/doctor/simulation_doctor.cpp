@@ -11,6 +11,7 @@
 #include "app/daemon.hpp"
 #include "app/environment.hpp"
 #include "app/machine_trial.hpp"
+#include "app/own_limits.hpp"
 #include "app/simulation_folders.hpp"
 #include "app/simulation_machine.hpp"
 #include "core/doctor/network_findings.hpp"
@@ -39,9 +40,7 @@ using core::Findings;
 using core::Verdict;
 
 constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
-// Descriptors: as many for a simulation as the server reserves, and some for its browsers.
-constexpr std::uint64_t files_per_simulation = 8;
-constexpr std::uint64_t other_files = 1024;
+constexpr std::uint64_t other_files = 1024; // descriptors, of browsers among others
 constexpr std::size_t max_version_file = 4096;
 
 std::uint64_t wanted_memory(SimulationConfig const& config)
@@ -206,7 +205,7 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
         for (auto& each : simulation_port_findings(config))
             findings.push_back(std::move(each));
     for (auto& each : machine_findings(wanted_memory(config),
-                                       files_per_simulation *
+                                       descriptors_per_simulation *
                                                static_cast<std::uint64_t>(config.launching.max_simulations) +
                                            other_files))
         findings.push_back(std::move(each));
