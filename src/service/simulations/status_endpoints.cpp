@@ -48,7 +48,7 @@ std::optional<std::uint64_t> simulation_number(std::string_view query)
 /// What has gone through the gateway, simulations that have ended included.
 struct GatewayTraffic
 {
-    double connections = 0;
+    double tunnels = 0; ///< Open now. The server has other connections, too.
     double received = 0; ///< Bytes from browsers.
     double sent = 0;
 };
@@ -60,7 +60,7 @@ GatewayTraffic traffic_of(SessionContext const& context, SimulationSessions cons
     traffic.sent = static_cast<double>(context.ended_sent);
     for (auto const& [id, session] : sessions)
         if (auto const* tunnels = session->gateway().tunnels()) {
-            traffic.connections += static_cast<double>(tunnels->open());
+            traffic.tunnels += static_cast<double>(tunnels->open());
             traffic.received += static_cast<double>(tunnels->received());
             traffic.sent += static_cast<double>(tunnels->sent());
         }
@@ -437,7 +437,7 @@ Answer StatusEndpoints::metrics_answer(IncomingRequest const&)
 void StatusEndpoints::write_traffic(core::MetricsText& text) const
 {
     auto const traffic = traffic_of(context_, sessions_);
-    text.family(core::metric("gateway_connections")).add(traffic.connections);
+    text.family(core::metric("gateway_connections")).add(traffic.tunnels);
     text.family(core::metric("gateway_bytes_total"))
         .add(traffic.received, {{"from", "browsers"}})
         .add(traffic.sent, {{"from", "simulations"}});
