@@ -48,7 +48,7 @@ std::optional<std::uint64_t> simulation_number(std::string_view query)
 /// What has gone through the gateway, simulations that have ended included.
 struct GatewayTraffic
 {
-    double tunnels = 0; ///< Open now. The server has other connections, too.
+    double tunnels = 0;  ///< Open now. The server has other connections, too.
     double received = 0; ///< Bytes from browsers.
     double sent = 0;
 };
