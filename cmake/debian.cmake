@@ -137,7 +137,7 @@ set(boost ${Boost_VERSION_MAJOR}.${Boost_VERSION_MINOR})
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libarchive-dev, libboost${boost}-dev, libboost-json${boost}-dev, \
 libboost-url${boost}-dev, libc-ares-dev, libcurl4-openssl-dev, libgit2-dev, libspdlog-dev, libssl-dev, \
-pkg-config, zlib1g-dev")
+pkgconf, zlib1g-dev")
 if(BUILD_SHARED_LIBS)
     string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", ${shared_package} (= ${debian_version})")
 endif()

@@ -170,7 +170,7 @@ class DebianPackages(unittest.TestCase):
 
     def test_each_server_asks_for_the_libraries_that_it_loads_and_no_others(self):
         session, simulation = (self.names_in(package, "Depends") for package in SERVERS)
-        self.assertLessEqual({"libc6", "libssl3"}, session)
+        self.assertLessEqual({"libc6", "libssl3"}, {name.removesuffix("t64") for name in session})  # so called since Debian 13
         self.assertEqual({name for name in session if name.startswith(("libgit2", "libcairo"))}, set())
         self.assertTrue({name for name in simulation if name.startswith("libgit2")})
         self.assertLessEqual({"bubblewrap", "slirp4netns", "iproute2", "xvfb", "webots-cloud-demo"},
@@ -181,7 +181,7 @@ class DebianPackages(unittest.TestCase):
         with open(os.path.join(BUILD, "webots_cloudConfig.cmake")) as file:
             found = set(re.findall(r"find_dependency\((\w+)", file.read()))
         packages = {"Threads": "", "Boost": r"libboost1\.\d+-dev", "OpenSSL": "libssl-dev", "CURL": "libcurl4-openssl-dev", "ZLIB": "zlib1g-dev",
-                    "LibArchive": "libarchive-dev", "spdlog": "libspdlog-dev", "PkgConfig": "pkg-config"}
+                    "LibArchive": "libarchive-dev", "spdlog": "libspdlog-dev", "PkgConfig": "pkgconf"}
         self.assertEqual(found, set(packages))
         for wanted in [*packages.values(), r"libboost-json1\.\d+-dev", r"libboost-url1\.\d+-dev", "libgit2-dev", "libc-ares-dev"]:
             self.assertTrue(not wanted or [name for name in asked if re.fullmatch(wanted, name)], wanted)
