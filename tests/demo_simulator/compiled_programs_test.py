@@ -10,8 +10,7 @@ import tempfile
 import unittest
 
 import simulator_process
-from programs_test import Page, children
-from protocol_test import connect
+from programs_test import PageTest, children
 from simulator_process import PROJECTS, Simulator, wait_until
 
 for program in ('make', 'cc', 'c++'):
@@ -66,7 +65,7 @@ int main() {
 """
 
 
-class CompiledPrograms(unittest.IsolatedAsyncioTestCase):
+class CompiledPrograms(PageTest):
     def setUp(self):
         self.top = tempfile.mkdtemp(prefix='with a blank ')
         self.addCleanup(shutil.rmtree, self.top)
@@ -98,14 +97,6 @@ class CompiledPrograms(unittest.IsolatedAsyncioTestCase):
         simulator = Simulator(world=os.path.join(self.project, 'worlds', world + '.wbt'))
         self.addCleanup(simulator.end)
         return simulator.ready()
-
-    async def page(self, simulator, state='fast:-1'):
-        socket = await connect(simulator)
-        self.addAsyncCleanup(socket.close)
-        await socket.send('w3d;broadcast')
-        if state:
-            await socket.send(state)
-        return Page(socket)
 
     async def place(self, page):
         """Where the robot is, while the simulation is paused: x and y."""

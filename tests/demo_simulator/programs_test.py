@@ -53,7 +53,17 @@ def is_alive(process):
         return False
 
 
-class Programs(unittest.IsolatedAsyncioTestCase):
+class PageTest(unittest.IsolatedAsyncioTestCase):
+    async def page(self, simulator, state='fast:-1'):
+        socket = await connect(simulator)
+        self.addAsyncCleanup(socket.close)
+        await socket.send('w3d;broadcast')
+        if state:
+            await socket.send(state)
+        return Page(socket)
+
+
+class Programs(PageTest):
     def setUp(self):
         top = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, top)
@@ -70,14 +80,6 @@ class Programs(unittest.IsolatedAsyncioTestCase):
         simulator = Simulator(*options, world=self.world(world), **more)
         self.addCleanup(simulator.end)
         return simulator.ready()
-
-    async def page(self, simulator, state='fast:-1'):
-        socket = await connect(simulator)
-        self.addAsyncCleanup(socket.close)
-        await socket.send('w3d;broadcast')
-        if state:
-            await socket.send(state)
-        return Page(socket)
 
     async def run_program(self, text, expected):
         self.write(text)

@@ -1,35 +1,15 @@
+#include "core/pages/monitor_sample_fixture.hpp"
 #include "unit_test.hpp"
 
 #include "core/pages/monitor_sample.hpp"
 
 using namespace webots_cloud;
 using namespace webots_cloud::core;
+using namespace webots_cloud::monitor_test;
 using namespace std::chrono_literals;
 
 // Protocol section 9.2.
 BOOST_AUTO_TEST_SUITE(monitor_sample)
-
-namespace {
-
-constexpr WallTime wall(1'700'000'000s);
-
-MonitorSample sample()
-{
-    MonitorSample sample;
-    sample.running = 3;
-    sample.idle = 1;
-    sample.cpu = 12.34;
-    sample.memory = 50;
-    sample.gpu_compute = 7;
-    sample.gpu_memory_controller = 2;
-    sample.gpu_memory = 66.66;
-    sample.disk = 81.25;
-    sample.sent = 1.23456;
-    sample.received = 0.0004;
-    return sample;
-}
-
-} // namespace
 
 BOOST_AUTO_TEST_CASE(the_csv_is_as_it_has_always_been)
 {
