@@ -2,6 +2,7 @@
 // their lists only what may be listed is taken.
 #include "world_list.hpp"
 
+#include "core/failure_json.hpp"
 #include "core/projects/lesson.hpp"
 #include "core/projects/world_info.hpp"
 #include "core/text.hpp"
@@ -204,14 +205,8 @@ std::vector<std::string> parse_picture_keys(std::string_view text)
 
 std::string world_list_error(Failure const& why)
 {
-    json::object answer{{"error", why.message()}};
-    if (auto const* const info = why.info()) {
-        json::object values;
-        for (auto const& [name, value] : info->arguments)
-            values[name] = value;
-        answer["code"] = info->code;
-        answer["values"] = std::move(values);
-    }
+    json::object answer;
+    add_failure(answer, why);
     return json::serialize(answer);
 }
 

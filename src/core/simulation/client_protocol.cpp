@@ -3,6 +3,7 @@
 // later mean nothing unless they have the right type.
 #include "client_protocol.hpp"
 
+#include "core/failure_json.hpp"
 #include "core/public_place.hpp"
 #include "core/refusals.hpp"
 #include "core/safe_names.hpp"
@@ -272,13 +273,9 @@ std::string error_message(std::string_view text)
 
 std::string reason_message(Failure const& failure)
 {
-    if (auto const* const info = failure.info()) {
-        json::object values;
-        for (auto const& [name, value] : info->arguments)
-            values[name] = value;
+    if (auto const* const info = failure.info())
         return concat(reason_prefix,
-                      json::serialize(json::object({{"code", info->code}, {"values", values}})));
-    }
+                      json::serialize(json::object({{"code", info->code}, {"values", values_of(failure)}})));
     auto const code = code_of_system(failure);
     return code.empty() ? std::string() : reason_message(code);
 }

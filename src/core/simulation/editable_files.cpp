@@ -2,6 +2,7 @@
 // the memory of a simulation's texts within a few megabytes.
 #include "editable_files.hpp"
 
+#include "core/failure_json.hpp"
 #include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
@@ -38,20 +39,6 @@ bool is_source(std::string_view file)
 {
     return std::any_of(source_endings.begin(), source_endings.end(),
                        [file](std::string_view ending) { return file.ends_with(ending); });
-}
-
-/// For people, in their language.
-void add_failure(json::object& object, Failure const& failure)
-{
-    object["error"] = failure.message();
-    auto const* const info = failure.info();
-    if (!info)
-        return;
-    json::object values;
-    for (auto const& [name, value] : info->arguments)
-        values[name] = value;
-    object["code"] = info->code;
-    object["values"] = std::move(values);
 }
 
 /// The names in `controller "NAME"`, wherever they stand.
