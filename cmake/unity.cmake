@@ -59,3 +59,7 @@ function(webots_cloud_unity_build target)
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()
+
+# A program that calls one function of a folder is linked with all of it: what no program calls is left out again, a fifth of a server.
+add_compile_options("$<$<CONFIG:Release>:-ffunction-sections;-fdata-sections>")
+add_link_options("$<$<CONFIG:Release>:LINKER:--gc-sections>")

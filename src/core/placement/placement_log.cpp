@@ -14,10 +14,8 @@ constexpr std::size_t no_position = std::numeric_limits<std::size_t>::max();
 
 } // namespace
 
-void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
-                   Ranking const& ranking) noexcept
+void Record::begin(Policy const& decides, std::uint64_t seed, TimePoint now, Ranking const& ranking) noexcept
 {
-    id = decision;
     policy = &decides;
     at = now;
     random = seed;

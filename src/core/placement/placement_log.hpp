@@ -1,4 +1,4 @@
-// The last decisions with everything that they were based on, in preallocated memory.
+// The last decisions with everything that they were based on, in memory that is reserved at the start.
 #pragma once
 
 #include "placement_ranking.hpp"
@@ -22,7 +22,7 @@ struct Policy
 /// A decision being made or kept: fixed in size, so that writing it allocates nothing.
 struct Record
 {
-    std::uint64_t id = 0; ///< 0: none yet.
+    std::uint64_t id = 0; ///< Of the decision; 0: not used yet.
     Policy const* policy = nullptr;
     TimePoint at{};
     std::uint64_t random = 0;
@@ -49,13 +49,46 @@ struct Record
     std::optional<std::size_t> least_committed;
     std::optional<std::size_t> least_reported;
 
-    void begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
-               Ranking const& ranking) noexcept;
+    void begin(Policy const& decides, std::uint64_t seed, TimePoint now, Ranking const& ranking) noexcept;
     /// Only these are offered, as they suit the request: to be called after `begin`.
     void restrict_to(Selection const& selection, PlacementRequest const& request, ExpectedCost const& cost,
                      Ranking const& ranking) noexcept;
     void note(std::size_t position, Candidate const& machine) noexcept;
     Decision decision() const;
+};
+
+/// The last decisions. Placing must not allocate, so their memory is reserved at the start: it is used, and
+/// counts as the server's, from the first decisions on.
+class DecisionLog
+{
+public:
+    DecisionLog() { records_.reserve(logged_decisions); }
+
+    /// The record of the next decision, over that of the oldest one.
+    Record& next()
+    {
+        if (records_.size() != logged_decisions)
+            records_.emplace_back();
+        Record& record = records_[last_ % logged_decisions];
+        record.id = ++last_;
+        return record;
+    }
+
+    /// Null when it was overwritten, or has not been made.
+    Record const* find(std::uint64_t decision) const noexcept
+    {
+        bool const is_kept = decision != 0 && decision <= last_ && last_ - decision < records_.size();
+        return is_kept ? &records_[(decision - 1) % logged_decisions] : nullptr;
+    }
+
+    std::vector<Record> const& records() const noexcept { return records_; }
+
+    /// Of the last decision; 0: there was none.
+    std::uint64_t last() const noexcept { return last_; }
+
+private:
+    std::vector<Record> records_; ///< Decision n is at n - 1, modulo their number.
+    std::uint64_t last_ = 0;
 };
 
 /// The fleet as a policy sees it; writes down in `record` what the policy looks at.

@@ -115,17 +115,14 @@ result<> validate(SchedulerParams const& params)
 /// What the public face stands for, at an address that stays where it is when a Scheduler is moved.
 struct Scheduler::Impl final : FleetObserver
 {
-    explicit Impl(SchedulerParams given)
-        : params(std::move(given)), ranking(params), log(placement::logged_decisions)
-    {
-        use_policy();
-    }
+    explicit Impl(SchedulerParams given) : params(std::move(given)), ranking(params) { use_policy(); }
 
     /// Of `params`, from the next decision on.
     void use_policy()
     {
         std::erase_if(policies, [this](placement::Policy const& policy) {
-            return std::ranges::find(log, &policy, &placement::Record::policy) == log.end();
+            return std::ranges::none_of(
+                log.records(), [&](placement::Record const& record) { return record.policy == &policy; });
         });
         auto chosen = params.custom ? params.custom : scheduling_policy(params.policy).value();
         policies.push_back({params.policy, std::move(chosen)});
@@ -178,16 +175,16 @@ struct Scheduler::Impl final : FleetObserver
             return;
         ranking.remove(address);
         std::erase_if(old_names, [name](OldName const& old) { return old.name == *name; });
-        old_names.push_back({*name, is_logged(*name) ? last_decision : 0});
+        old_names.push_back({*name, is_logged(*name) ? log.last() : 0});
         forget_names();
     }
 
     /// That of the logged decision, or else the last one of its name.
     result<SchedulingPolicy> find_policy(Decision const& decision) const
     {
-        placement::Record const& record = log[decision.id % log.size()];
-        if (record.id == decision.id && record.policy && record.policy->name == decision.policy)
-            return record.policy->choose;
+        placement::Record const* const record = log.find(decision.id);
+        if (record != nullptr && record->policy->name == decision.policy)
+            return record->policy->choose;
         auto const found =
             std::find_if(policies.rbegin(), policies.rend(),
                          [&](placement::Policy const& policy) { return policy.name == decision.policy; });
@@ -199,7 +196,7 @@ struct Scheduler::Impl final : FleetObserver
 
     bool is_logged(std::string_view name) const
     {
-        return std::ranges::any_of(log, [name](placement::Record const& record) {
+        return std::ranges::any_of(log.records(), [name](placement::Record const& record) {
             auto const entries = std::span(record.entries).first(record.entry_count);
             return record.chosen == name || std::ranges::any_of(entries, [name](auto const& entry) {
                        return entry.machine.address == name;
@@ -211,7 +208,8 @@ struct Scheduler::Impl final : FleetObserver
     void forget_names()
     {
         std::erase_if(old_names, [this](OldName const& old) {
-            bool const is_over = old.last_logged == 0 || old.last_logged + log.size() <= last_decision;
+            bool const is_over =
+                old.last_logged == 0 || old.last_logged + placement::logged_decisions <= log.last();
             if (is_over && !ranking.lists(old.name))
                 names.erase(names.find(old.name));
             return is_over;
@@ -220,10 +218,10 @@ struct Scheduler::Impl final : FleetObserver
 
     placement::Record& next_record(TimePoint now)
     {
-        std::uint64_t const id = ++last_decision;
-        placement::Record& record = log[id % log.size()];
+        placement::Record& record = log.next();
         // Neighbouring states give unrelated numbers: SplitMix64's own seed sequence.
-        record.begin(id, policies.back(), RandomSource(params.seed ^ (id << 32 | id >> 32))(), now, ranking);
+        record.begin(policies.back(), RandomSource(params.seed ^ (record.id << 32 | record.id >> 32))(), now,
+                     ranking);
         return record;
     }
 
@@ -339,8 +337,7 @@ struct Scheduler::Impl final : FleetObserver
     std::vector<OldName> old_names;
     placement::Ranking ranking;
     placement::Selection selection; ///< Of the last request that not every machine suits.
-    std::vector<placement::Record> log;
-    std::uint64_t last_decision = 0;
+    placement::DecisionLog log;
     std::size_t held = 0; ///< Seats.
 };
 
@@ -482,19 +479,18 @@ std::uint64_t Scheduler::placed(std::string_view server) const
 std::vector<Decision> Scheduler::decisions() const
 {
     std::vector<Decision> decisions;
-    std::uint64_t const last = impl_->last_decision;
-    std::uint64_t const count = std::min<std::uint64_t>(last, impl_->log.size());
-    for (std::uint64_t id = last - count + 1; id <= last; ++id)
-        decisions.push_back(impl_->log[id % impl_->log.size()].decision());
+    std::uint64_t const last = impl_->log.last();
+    for (std::uint64_t id = last - impl_->log.records().size() + 1; id <= last; ++id)
+        decisions.push_back(impl_->log.find(id)->decision());
     return decisions;
 }
 
 std::optional<Decision> Scheduler::explain(std::uint64_t decision) const
 {
-    placement::Record const& record = impl_->log[decision % impl_->log.size()];
-    if (decision == 0 || record.id != decision)
+    placement::Record const* const record = impl_->log.find(decision);
+    if (record == nullptr)
         return std::nullopt;
-    return record.decision();
+    return record->decision();
 }
 
 result<std::string> Scheduler::replay(Decision const& decision) const
