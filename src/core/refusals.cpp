@@ -135,7 +135,7 @@ constexpr std::array<RefusalRow, static_cast<std::size_t>(R::count)> table{{
      "The project has {what}, which is not allowed: \"{path}\"."},
     {R::archive_bomb, "bad-project", errc::too_large, everywhere,
      "The project's archive grows to more than {max} MB, which is suspicious."},
-    {R::unpacking_too_slow, "bad-project", errc::timed_out, everywhere,
+    {R::fetch_too_slow, "bad-project", errc::timed_out, everywhere,
      "The project took too long to unpack."},
     {R::repository_files, "bad-project", errc::too_large, everywhere,
      "The repository has too many files."},

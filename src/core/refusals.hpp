@@ -80,7 +80,7 @@ enum class Refused : std::uint8_t
     impossible_folder,
     forbidden_entry,
     archive_bomb,
-    unpacking_too_slow,
+    fetch_too_slow,
     repository_files,
     repository_objects,
     repository_folders,

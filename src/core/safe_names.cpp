@@ -74,6 +74,11 @@ bool is_safe_file_name(std::string_view name)
     return is_harmless_file_name(name) && is_utf8(name) && std::none_of(name.begin(), name.end(), is_control);
 }
 
+bool is_runnable_name(std::string_view name) noexcept
+{
+    return name.ends_with(".py") || name.find('.') == std::string_view::npos;
+}
+
 void tell_forbidden(std::vector<std::string>& told, std::string_view path)
 {
     constexpr std::size_t shown = 200;

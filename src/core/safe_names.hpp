@@ -25,6 +25,10 @@ bool is_harmless_file_name(std::string_view name);
 /// one, and text, which is well-formed UTF-8 without control characters.
 bool is_safe_file_name(std::string_view name);
 
+/// True for what may be run where nothing is known of permissions: files that end in `.py`, and names without
+/// an extension, as programs and folders have.
+bool is_runnable_name(std::string_view name) noexcept;
+
 /// Of how many files that are left out for their names the author of a project is told.
 constexpr std::size_t max_forbidden = 16;
 

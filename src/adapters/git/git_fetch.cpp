@@ -396,7 +396,7 @@ result<> GitFetch::may_go_on() const
     if (order_.aborted && order_.aborted->load(std::memory_order_relaxed))
         return Failure(boost::asio::error::operation_aborted);
     if (std::chrono::steady_clock::now() > deadline_)
-        return core::refused(core::Refused::unpacking_too_slow);
+        return core::refused(core::Refused::fetch_too_slow);
     return {};
 }
 

@@ -11,6 +11,7 @@
 #include "zip_unpack.hpp"
 
 #include "core/refusals.hpp"
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters/projects.hpp>
@@ -102,7 +103,7 @@ private:
             if (aborted_.load(std::memory_order_relaxed))
                 return Failure(asio::error::operation_aborted);
             if (std::chrono::steady_clock::now() > deadline_)
-                return core::refused(core::Refused::unpacking_too_slow);
+                return core::refused(core::Refused::fetch_too_slow);
             return {};
         };
         waiting.tell = [progress = order_.progress.get()](bool waits) { progress->waiting = waits; };

@@ -63,9 +63,4 @@ Failure download_refusal(std::string_view words)
     return refused(Refused::website_refuses, {{"words", printable(words, 200)}});
 }
 
-bool is_runnable_name(std::string_view name) noexcept
-{
-    return name.ends_with(".py") || name.find('.') == std::string_view::npos;
-}
-
 } // namespace webots_cloud::core

@@ -55,7 +55,4 @@ DownloadAnswer classify_download(std::string_view beginning) noexcept;
 /// The message for a browser whose download was refused with this text.
 Failure download_refusal(std::string_view words);
 
-/// True for files and folders that get the permissions 0775: `.py`, and names without an extension.
-bool is_runnable_name(std::string_view name) noexcept;
-
 } // namespace webots_cloud::core

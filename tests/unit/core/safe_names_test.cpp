@@ -79,4 +79,12 @@ BOOST_AUTO_TEST_CASE(a_link_that_could_leave_the_project_is_refused)
     BOOST_TEST(!link_stays_inside(std::string(1024, 'a'), 0));
 }
 
+BOOST_AUTO_TEST_CASE(python_files_and_names_without_an_extension_can_be_run)
+{
+    for (auto const* name : {"a.py", ".py", "controller", "Makefile"})
+        BOOST_TEST(is_runnable_name(name), name);
+    for (auto const* name : {"a.wbt", "a.pyc", ".hidden", "a.", "a.py.txt"})
+        BOOST_TEST(!is_runnable_name(name), name);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

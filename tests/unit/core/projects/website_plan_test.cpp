@@ -91,12 +91,4 @@ BOOST_AUTO_TEST_CASE(a_refusal_is_told_in_the_websites_words)
     BOOST_TEST(download_refusal("Error: \x1b[2J").message() == "Failed to download project: \\x1b[2J");
 }
 
-BOOST_AUTO_TEST_CASE(python_files_and_names_without_an_extension_can_be_run)
-{
-    for (auto const* name : {"a.py", ".py", "controller", "Makefile"})
-        BOOST_TEST(is_runnable_name(name), name);
-    for (auto const* name : {"a.wbt", "a.pyc", ".hidden", "a.", "a.py.txt"})
-        BOOST_TEST(!is_runnable_name(name), name);
-}
-
 BOOST_AUTO_TEST_SUITE_END()
