@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 
-from seeds import SEEDS
+import seeds
 
 RUNS = 20_000
 FEWER_RUNS = {"http_answer": 3_000, "smtp_reply": 2_000,  # each with a connection of its own
@@ -18,7 +18,7 @@ def main(program, name, runs=None):
     with tempfile.TemporaryDirectory(prefix="webots_cloud_fuzz_") as folder:
         corpus = os.path.join(folder, "corpus")
         os.mkdir(corpus)
-        for number, seed in enumerate(SEEDS[name]()):
+        for number, seed in enumerate(getattr(seeds, name)()):
             with open(os.path.join(corpus, f"{number:04}"), "wb") as file:
                 file.write(seed)
         finished = subprocess.run([program, corpus, f"-runs={runs}", "-seed=1", f"-artifact_prefix={folder}/fault-",

@@ -1,4 +1,4 @@
-"""What the fuzzers start from: small, ordinary and a few not so ordinary inputs for each parser."""
+"""What the fuzzers start from: small, ordinary and a few not so ordinary inputs. The function with the name of a fuzzer has its inputs."""
 
 import base64
 import hashlib
@@ -371,8 +371,3 @@ def smtp_reply():
     yield b"\0220 m\r\n500 what\r\n250 m\r\n250 a\r\n251 b\r\n354 c\r\n452 full\r\n"
     yield b"\0220 " + b"x" * 3000
     yield b"\0\r\n\r\n999\r\n"
-
-
-SEEDS = {each.__name__: each for each in (archive, class_message, client_message, configuration, controller_greeting, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
-                                          http_answer, http_request, load_report, mail, mount_table, policy, port_path, service_answer, simulator_output, smtp_reply,
-                                          waiting_ticket, websocket_frames, world_list, world_url)}
