@@ -60,6 +60,10 @@ struct ProjectRef
     std::string ref_and_folder;
     std::string world; ///< `<file>.wbt`, in the project's folder `worlds`; empty: a folder is meant.
 
+    /// What follows the first name in `ref_and_folder`, with the slash before it; empty: nothing. That is the
+    /// folder wherever a ref is one name, as with `RefMeaning::none`.
+    std::string_view folder_after_ref() const noexcept;
+
     /// `<forge>/<owner>/<repository>.git`
     std::string clone_url() const;
 

@@ -34,6 +34,7 @@ public:
     boost::asio::awaitable<result<>> discard(std::filesystem::path directory) override;
 
     RefMeaning ref_meaning() const noexcept override { return refs; }
+    bool is_local() const noexcept override { return local; }
     std::vector<std::uint32_t> cached() const override { return in_cache; }
 
     /// Directories that were fetched into and not discarded; should be empty at the end of a test.
@@ -45,6 +46,7 @@ public:
     bool finishes =
         false; ///< Fetches that have begun succeed even when cancelled, like one whose thread has finished.
     RefMeaning refs = RefMeaning::git;
+    bool local = false;                  ///< What `is_local` says.
     std::vector<std::uint32_t> in_cache; ///< What `cached` says.
     std::string revision = "0123456789"; ///< Of what is fetched.
     bool tells_revision = false;         ///< Before it is fetched, as plain folders do.

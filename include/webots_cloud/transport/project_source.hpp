@@ -95,13 +95,14 @@ struct RestoreOrder
     ProjectRef project;
     std::optional<WebsiteProject> website; ///< As in the fetch order.
     std::filesystem::path directory;       ///< Of the fetch order.
-    std::filesystem::path root;            ///< Of the fetched project.
+    /// Of the fetched project; or another folder, which may be empty: what is missing is made.
+    std::filesystem::path root;
     std::string file; ///< Relative to the root: names separated by `/`, none of them `.` or `..`.
 };
 
 /// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory
-/// (and a cache of its own). What arrives is a stranger's: docs/recipes.md ("Another kind of forge") lists
-/// what a source must not let through.
+/// (and a cache of its own). What arrives is a stranger's: docs/recipes.md ("Another source of projects")
+/// lists what a source must not let through.
 ///
 /// Thread-safety: one executor.
 class ProjectSource
@@ -148,6 +149,10 @@ public:
 
     /// What the ref in the address of a world means to it. Asked of the sources of forges.
     virtual RefMeaning ref_meaning() const noexcept { return RefMeaning::unknown; }
+
+    /// Whether its projects are in a folder of this machine: `WorldFinder` finds their worlds, and
+    /// `list_worlds` is not asked.
+    virtual bool is_local() const noexcept { return false; }
 
     /// The projects that can be fetched from a cache of its own, by their `project_key`, those used last
     /// first; at most as many as a LoadReport has. A hint: some may be gone. Does no I/O.

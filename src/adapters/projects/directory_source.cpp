@@ -17,17 +17,9 @@ namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using core::concat;
 
-/// The part of the project's address that names a folder; what is before is a branch, which a plain folder
-/// does not have.
-std::string inner_folder(ProjectRef const& project)
-{
-    auto const slash = project.ref_and_folder.find('/');
-    return slash == std::string::npos ? std::string() : project.ref_and_folder.substr(slash);
-}
-
 fs::path root_of(fs::path const& folder, ProjectRef const& project)
 {
-    return folder / project.owner / concat(project.repository, inner_folder(project));
+    return folder / project.owner / concat(project.repository, project.folder_after_ref());
 }
 
 result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& order,
@@ -39,7 +31,7 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
     if (!fs::is_directory(root / "worlds", failed))
         return core::refused(
             core::Refused::no_plain_project,
-            {{"name", concat(project.owner, "/", project.repository, inner_folder(project))}});
+            {{"name", concat(project.owner, "/", project.repository, project.folder_after_ref())}});
     fs::create_directory(order.directory, failed);
     if (failed)
         return adapters::disk_failure(failed);
@@ -90,8 +82,10 @@ public:
         co_return co_await pool_.run_abortable(std::move(work));
     }
 
-    /// `inner_folder` drops it.
+    /// `root_of` drops it.
     RefMeaning ref_meaning() const noexcept override { return RefMeaning::none; }
+
+    bool is_local() const noexcept override { return true; }
 
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {

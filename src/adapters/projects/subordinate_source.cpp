@@ -106,6 +106,8 @@ public:
 
     RefMeaning ref_meaning() const noexcept override { return source_.ref_meaning(); }
 
+    bool is_local() const noexcept override { return source_.is_local(); }
+
     std::vector<std::uint32_t> cached() const override { return source_.cached(); }
 
     asio::awaitable<result<>> restore(RestoreOrder order) override

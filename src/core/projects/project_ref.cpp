@@ -107,6 +107,11 @@ ForgeKind kind_of_forge(std::string_view url) noexcept
     return found == known.end() ? ForgeKind::unknown : found->kind;
 }
 
+std::string_view ProjectRef::folder_after_ref() const noexcept
+{
+    return std::string_view(ref_and_folder).substr(std::min(ref_and_folder.find('/'), ref_and_folder.size()));
+}
+
 std::string ProjectRef::clone_url() const
 {
     return concat(forge, "/", owner, "/", repository, ".git");

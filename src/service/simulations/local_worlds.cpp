@@ -7,19 +7,10 @@
 
 #include <boost/asio/this_coro.hpp>
 
-#include <algorithm>
-
 namespace webots_cloud {
 namespace {
 
 constexpr auto world_search_interval = std::chrono::seconds(30);
-
-/// The part of an address after its branch, which a plain folder does not have, with a slash at both ends.
-std::string place_of(std::string_view ref_and_folder, std::string_view worlds = {})
-{
-    auto const slash = std::min(ref_and_folder.find('/'), ref_and_folder.size());
-    return core::concat(ref_and_folder.substr(slash), worlds, "/");
-}
 
 } // namespace
 
@@ -50,11 +41,11 @@ LocalWorlds::worlds_in(ProjectRef const& folder,
                        std::function<result<ProjectRef>(std::string_view url)> const& parse) const
 {
     std::vector<ListedWorld> worlds;
-    auto const place = place_of(folder.ref_and_folder);
+    auto const place = core::concat(folder.folder_after_ref(), "/");
     for (auto const& [world, forge] : found_) {
         auto const found = forge == folder.forge ? parse(world.url) : result<ProjectRef>(Failure());
         if (found && found->owner == folder.owner && found->repository == folder.repository &&
-            place_of(found->ref_and_folder, "/worlds").starts_with(place))
+            core::concat(found->folder_after_ref(), "/worlds/").starts_with(place))
             worlds.push_back(world);
     }
     return worlds;

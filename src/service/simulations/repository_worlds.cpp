@@ -91,10 +91,10 @@ RepositoryWorlds::list(std::string_view asked_path, std::string url, std::string
     if (auto why = core::refusal(context_.policy, address, place, context_.load))
         co_return std::move(*why);
     result<Worlds> worlds = Worlds();
-    // A folder of this machine has been searched already (`LocalWorlds`). Lists of git servers are kept for a
+    // A folder of this machine has been searched already (`LocalWorlds`). Lists of servers are kept for a
     // while, since a whole class opens the same link. Only those who have one fetched are counted
     // (`may_look`).
-    if (place.refs == RefMeaning::none) {
+    if (forge->source.get().is_local()) {
         auto const parse = [this](std::string_view each) { return context_.fetcher.parse(each); };
         worlds = local_.worlds_in(*folder, parse);
     } else if (auto const kept = kept_.find(address);

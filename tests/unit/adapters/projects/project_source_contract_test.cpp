@@ -207,6 +207,13 @@ BOOST_AUTO_TEST_CASE(sources_of_forges_say_what_refs_mean_to_them)
     BOOST_TEST((Fixture<Git>().source->ref_meaning() == RefMeaning::git));
 }
 
+// Of these somebody else finds the worlds.
+BOOST_AUTO_TEST_CASE(only_plain_folders_are_folders_of_this_machine)
+{
+    BOOST_TEST(Fixture<Directory>().source->is_local());
+    BOOST_TEST(!Fixture<Git>().source->is_local());
+}
+
 BOOST_AUTO_TEST_CASE(a_plain_folder_tells_that_it_has_changed_and_others_do_not_know)
 {
     Fixture<Directory> fixture;

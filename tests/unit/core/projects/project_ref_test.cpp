@@ -29,6 +29,7 @@ BOOST_AUTO_TEST_CASE(a_world_at_the_root_of_a_repository)
     BOOST_TEST(project.owner == "owner");
     BOOST_TEST(project.repository == "repo");
     BOOST_TEST(project.ref_and_folder == "main");
+    BOOST_TEST(project.folder_after_ref() == "");
     BOOST_TEST(project.world == "a.wbt");
     BOOST_TEST(project.clone_url() == "https://github.com/owner/repo.git");
 }
@@ -38,6 +39,7 @@ BOOST_AUTO_TEST_CASE(folders_and_slashes_in_the_ref_stay_together_for_the_reposi
     auto const project =
         parse_world_url("https://github.com/o/r/tree/feature/x/projects/p07/worlds/demo.wbt", forges).value();
     BOOST_TEST(project.ref_and_folder == "feature/x/projects/p07");
+    BOOST_TEST(project.folder_after_ref() == "/x/projects/p07");
 }
 
 BOOST_AUTO_TEST_CASE(a_configured_forge_may_have_a_port_a_path_and_plain_http)

@@ -214,6 +214,7 @@ BOOST_AUTO_TEST_CASE(worlds_in_plain_folders_are_those_that_were_found_there)
     hooks.world_finder = &finder;
     ListFixture fixture(simulation_service_params(), std::move(hooks));
     fixture.source.refs = RefMeaning::none;
+    fixture.source.local = true;
     auto const titles = [&](std::string_view address) {
         auto const body = fixture.post(address).body;
         return std::string(body.find("One") != std::string::npos ? "one " : "") +
@@ -224,6 +225,14 @@ BOOST_AUTO_TEST_CASE(worlds_in_plain_folders_are_those_that_were_found_there)
     BOOST_TEST(titles("https://github.com/o/r/tree/any/a/worlds") == "one ");
     BOOST_TEST(titles("https://github.com/o/r/tree/main/c") == "");
     BOOST_TEST(fixture.source.lists.empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_server_to_which_refs_mean_nothing_is_asked_all_the_same)
+{
+    ListFixture fixture;
+    fixture.source.refs = RefMeaning::none;
+    BOOST_TEST(fixture.post("https://github.com/o/r").status == 200);
+    BOOST_TEST(fixture.source.lists.size() == 1u);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
