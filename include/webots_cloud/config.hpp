@@ -151,24 +151,15 @@ struct SessionConfig
 /// A forge of the configuration: where world URLs may point.
 struct ForgeConfig
 {
-    /// How its projects are got: which ProjectSource does it.
-    enum class Source
-    {
-        git_server,
-        folder
-    };
-
     ForgeConfig() = default;
     explicit ForgeConfig(std::string_view url) : url(url) {}
-
-    Source source() const noexcept { return is_server() ? Source::git_server : Source::folder; }
 
     /// Whether its projects are on another computer, at `url`. Otherwise they are in `directory`.
     bool is_server() const noexcept { return directory.empty(); }
 
     std::string url;                     ///< Base URL, without a slash at the end.
     std::filesystem::path directory;     ///< Of this computer; empty: see `is_server`.
-    ForgeKind kind = ForgeKind::unknown; ///< `kind`: whose pages links to its worlds are copied from.
+    ForgeKind kind = ForgeKind::unknown; ///< `kind`; of forges that everybody knows `ForgeAddress` finds it.
 
     bool operator==(ForgeConfig const&) const = default;
 };

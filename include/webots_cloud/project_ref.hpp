@@ -1,8 +1,9 @@
-// The address of a world on a forge (a git server or a plain folder), taken apart.
+// The address of a world on a forge (a server or a plain folder), taken apart.
 #pragma once
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/forge_kind.hpp>
 
 #include <string>
 #include <string_view>
@@ -10,28 +11,6 @@
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
-
-/// What a source makes of the `<ref>` in the address of a world. "blockedRepositories" has to know it: what a
-/// rule names by one ref must not run under another.
-enum class RefMeaning
-{
-    git,    ///< A branch, a tag or a commit of git.
-    none,   ///< Nothing: the project is the same whatever the ref is, as in a plain folder.
-    unknown ///< A rule that names a ref blocks the whole repository.
-};
-
-/// Whose pages a forge has, and so what links to its files look like (docs/access.md). Gitea is Forgejo too.
-enum class ForgeKind
-{
-    unknown, ///< Found out of each link.
-    github,
-    gitlab,
-    gitea,
-    bitbucket
-};
-
-/// Of the forges that everybody knows; `unknown` of others.
-ForgeKind kind_of_forge(std::string_view url) noexcept;
 
 /// The address with which links to worlds of a forge begin, and what follows there.
 struct ForgeAddress

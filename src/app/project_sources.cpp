@@ -19,6 +19,20 @@ fs::path website_templates(SimulationConfig const& config, fs::path const& simul
     return simulator.parent_path() / "projects" / "samples" / "robotbenchmark";
 }
 
+namespace {
+
+GitSourceParams git_params(SimulationConfig const& config, SimulationMachine const& machine)
+{
+    GitSourceParams params;
+    params.cache = machine.cache;
+    params.cache_bytes = config.cache_bytes;
+    params.instances = machine.instances();
+    params.authorities = config.ca_file;
+    return params;
+}
+
+} // namespace
+
 ProjectSources::ProjectSources(asio::any_io_executor const& executor, SimulationConfig const& config,
                                SimulationMachine const& machine, Logger const& log)
     : instances_(machine.instances()), budget_(make_fetch_budget(config.fetch_memory, config.fetch_disk)),
@@ -30,18 +44,17 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
     if (users_)
         users_files_ = adapters::for_subordinate_users(*files_, users_, instances_);
     std::vector<Forge> forges;
+    ProjectSource* git = nullptr; // all git servers share it, and with it one cache and its limit
     for (auto const& forge : config.forges) {
-        ProjectSource* source = nullptr;
-        switch (forge.source()) {
-        // All git servers share one source, and with it one cache and its limit.
-        case ForgeConfig::Source::git_server:
-            source = &git(executor, config, machine, log);
-            break;
-        case ForgeConfig::Source::folder:
-            source = owned_.emplace_back(make_directory_source(forge.directory)).get();
-            break;
+        ForgeAddress const address(forge.url, forge.kind);
+        if (!forge.is_server()) {
+            forges.emplace_back(address, own(make_directory_source(forge.directory)));
+            continue;
         }
-        forges.emplace_back(ForgeAddress(forge.url, forge.kind), for_users(*source));
+        // All kinds of servers (`address.kind`) are of git.
+        if (!git)
+            git = &own(make_git_source(executor, git_params(config, machine), log, budget_));
+        forges.emplace_back(address, *git);
     }
     ProjectSource* websites = nullptr;
     if (!config.docker) { // the pages of websites know nothing of containers
@@ -49,35 +62,17 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
         params.keys = config.key_dir;
         params.authorities = config.ca_file;
         params.projects = website_templates(config, machine.simulator.program);
-        owned_.push_back(make_website_source(std::move(params), log, budget_));
-        websites = &for_users(*owned_.back());
+        websites = &own(make_website_source(std::move(params), log, budget_));
     }
     ProjectFetcherParams fetching;
     fetching.instances = instances_;
     fetcher_ = std::make_unique<ProjectFetcher>(fetching, std::move(forges), log, websites);
 }
 
-/// What a source needs where simulations run as users of `/etc/subuid`.
-ProjectSource& ProjectSources::for_users(ProjectSource& source)
+ProjectSource& ProjectSources::own(std::unique_ptr<ProjectSource> source)
 {
-    if (!users_)
-        return source;
-    owned_.push_back(adapters::for_subordinate_users(source, users_, instances_));
-    return *owned_.back();
-}
-
-ProjectSource& ProjectSources::git(asio::any_io_executor const& executor, SimulationConfig const& config,
-                                   SimulationMachine const& machine, Logger const& log)
-{
-    if (!git_) {
-        GitSourceParams params;
-        params.cache = machine.cache;
-        params.cache_bytes = config.cache_bytes;
-        params.instances = instances_;
-        params.authorities = config.ca_file;
-        git_ = make_git_source(executor, params, log, budget_);
-    }
-    return *git_;
+    auto& made = *owned_.emplace_back(std::move(source));
+    return users_ ? *owned_.emplace_back(adapters::for_subordinate_users(made, users_, instances_)) : made;
 }
 
 } // namespace webots_cloud::app

@@ -38,14 +38,13 @@ public:
     TextFiles& program_files() noexcept { return users_files_ ? *users_files_ : *files_; }
 
 private:
-    ProjectSource& for_users(ProjectSource& source);
-    ProjectSource& git(boost::asio::any_io_executor const& executor, SimulationConfig const& config,
-                       SimulationMachine const& machine, Logger const& log);
+    /// Keeps a source. Returned is the one to use, which puts another before it where simulations run as
+    /// users of `/etc/subuid`.
+    ProjectSource& own(std::unique_ptr<ProjectSource> source);
 
     std::shared_ptr<adapters::SubordinateUsers> users_;
     std::filesystem::path instances_;
     std::shared_ptr<FetchBudget> budget_;
-    std::unique_ptr<ProjectSource> git_; ///< All git servers share it and its cache.
     std::vector<std::unique_ptr<ProjectSource>> owned_;
     std::unique_ptr<TextFiles> files_;
     std::unique_ptr<TextFiles> users_files_; ///< By way of `users_`, if there are any.

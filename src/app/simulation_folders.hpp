@@ -12,7 +12,7 @@
 
 namespace webots_cloud::app {
 
-/// What was fetched from git servers; `state` is the folder of the working files.
+/// What was fetched with git; `state` is the folder of the working files.
 std::filesystem::path cache_folder(SimulationConfig const& config, std::filesystem::path const& state);
 
 /// Where it is if that one can't be used.

@@ -34,7 +34,9 @@ struct SimulationMachine
 
     core::SimulatorChoice simulator;
     adapters::InstanceRoot root;
-    std::filesystem::path cache; ///< What was fetched; ours alone.
+    /// What was fetched with git; ours alone. Another source's folder is to lie beside it: simulations can't
+    /// change what is there, and the server may write.
+    std::filesystem::path cache;
     std::filesystem::path guard; ///< `webots-process-guard`, absolute.
     std::unique_ptr<HostMetrics> metrics;
     ProcessLimits limits;                             ///< Of each simulation.

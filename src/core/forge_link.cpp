@@ -20,6 +20,9 @@ constexpr auto github = bit(ForgeKind::github);
 constexpr auto gitlab = bit(ForgeKind::gitlab);
 constexpr auto gitea = bit(ForgeKind::gitea);
 constexpr auto bitbucket = bit(ForgeKind::bitbucket);
+// Which a link may be of if nothing is known of its forge. Others would change what such links mean.
+constexpr auto guessed = github | gitlab | gitea | bitbucket;
+constexpr auto every = ~0u;
 
 struct Page
 {
@@ -29,9 +32,9 @@ struct Page
 };
 
 constexpr std::array pages{
-    Page{"blob", LinkView::file, github | gitlab | gitea | bitbucket},
-    Page{"tree", LinkView::folder, github | gitlab | gitea | bitbucket},
-    Page{"raw", LinkView::file, github | gitlab | gitea | bitbucket},
+    Page{"blob", LinkView::file, every},
+    Page{"tree", LinkView::folder, every},
+    Page{"raw", LinkView::file, every},
     Page{"blame", LinkView::file, github | gitlab | gitea},
     Page{"edit", LinkView::file, github | gitlab},
     Page{"src", LinkView::folder, gitea | bitbucket},
@@ -144,19 +147,15 @@ std::size_t third_part(std::string_view path) noexcept
 
 ForgeKind forge_kind(std::string_view name) noexcept
 {
-    constexpr std::array kinds{ForgeKind::github, ForgeKind::gitlab, ForgeKind::gitea, ForgeKind::gitea,
-                               ForgeKind::bitbucket};
-    static_assert(kinds.size() == forge_kinds.size());
-    auto const* const found = std::find(forge_kinds.begin(), forge_kinds.end(), name);
-    return found == forge_kinds.end() ? ForgeKind::unknown
-                                      : kinds[static_cast<std::size_t>(found - forge_kinds.begin())];
+    auto const* const found = std::ranges::find(forge_kinds, name, &ForgeKindRow::name);
+    return found == forge_kinds.end() ? ForgeKind::unknown : found->kind;
 }
 
 std::optional<ForgeLink> forge_link(std::string_view path, ForgeKind kind) noexcept
 {
     constexpr std::size_t first_page = 2; // after an owner and a repository
     bool const is_known = kind != ForgeKind::unknown;
-    auto const forges = is_known ? bit(kind) : github | gitlab | gitea | bitbucket;
+    auto const forges = is_known ? bit(kind) : guessed;
     std::size_t index = 0;
     for (Cursor at(path);; at.next(), ++index) {
         ForgeLink link;

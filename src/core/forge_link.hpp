@@ -4,19 +4,15 @@
 // (core/projects/repository_policy) and the keys of worlds (core/load/world_key), which agree in this way.
 #pragma once
 
-#include <webots_cloud/project_ref.hpp>
+#include <webots_cloud/forge_kind.hpp>
 
-#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
 
 namespace webots_cloud::core {
 
-/// As configurations name them.
-inline constexpr std::array<std::string_view, 5> forge_kinds{"github", "gitlab", "gitea", "forgejo",
-                                                             "bitbucket"};
-/// `unknown` of all other names.
+/// The kind with this name; `unknown`: there is none.
 ForgeKind forge_kind(std::string_view name) noexcept;
 
 /// Views of what is there, in a link.

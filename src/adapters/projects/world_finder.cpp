@@ -167,7 +167,7 @@ private:
 
 std::unique_ptr<WorldFinder> make_world_finder(std::vector<ForgeConfig> forges)
 {
-    std::erase_if(forges, [](ForgeConfig const& forge) { return forge.directory.empty(); });
+    std::erase_if(forges, [](ForgeConfig const& forge) { return forge.is_server(); });
     return std::make_unique<PlainWorldFinder>(std::move(forges));
 }
 

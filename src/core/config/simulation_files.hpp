@@ -17,7 +17,7 @@ struct SimulationFilesContext
     std::filesystem::path config_file;         ///< Where the configuration comes from.
     std::filesystem::path socket;              ///< The operator's.
     std::filesystem::path instances;           ///< The directories of simulations.
-    std::filesystem::path caches;              ///< What is fetched from git servers; of all ports.
+    std::filesystem::path caches;              ///< What is fetched from servers; of all ports.
     std::filesystem::path templates;           ///< Of websites.
     std::vector<std::filesystem::path> groups; ///< Where control groups are made.
 };

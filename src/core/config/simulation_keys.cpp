@@ -3,7 +3,9 @@
 #include "config_keys.hpp"
 #include "shared_keys.hpp"
 
-#include "core/forge_link.hpp"
+#include <webots_cloud/forge_kind.hpp>
+
+#include <algorithm>
 
 namespace webots_cloud::core {
 namespace {
@@ -14,6 +16,12 @@ constexpr double max_limit = 1'000'000'000; // of memory, processes, ...
 constexpr std::array<std::string_view, 5> sandboxes{"auto", "none", "bubblewrap", "firejail", "docker"};
 constexpr std::array<std::string_view, 3> reaches{"internet", "none", "host"};
 constexpr std::array<std::string_view, 2> load_formulas{"strict", "reference"};
+
+constexpr auto names_of_forge_kinds = [] {
+    std::array<std::string_view, forge_kinds.size()> names;
+    std::ranges::transform(forge_kinds, names.begin(), &ForgeKindRow::name);
+    return names;
+}();
 
 constexpr auto simulation_address = joined(
     std::array{ConfigKey{.name = "port",
@@ -76,19 +84,20 @@ constexpr std::array forge_keys{
               .text =
                   "folder of this machine with the folders `<owner>/<repository>`; relative paths begin at "
                   "the configuration",
-              .absent = "a git server"},
+              .absent = "a server"},
     ConfigKey{.name = "kind",
               .value = shaped<KeyType::choice, &ForgeConfig::kind>,
-              .text = "whose pages the [links to its worlds](docs/access.md#links-to-worlds) are copied from",
+              .text = "which forge it is, and so what [links to its "
+                      "worlds](docs/access.md#links-to-worlds) look like",
               .absent = "found out of each link",
-              .choices = forge_kinds},
+              .choices = names_of_forge_kinds},
 };
 
 constexpr std::array simulation_worlds{
     ConfigKey{.name = "forges",
               .value = shaped<KeyType::objects, &SimulationConfig::forges>,
               .text =
-                  R"(where worlds may come from: git servers, or `{"url": "local:", "directory": )"
+                  R"(where worlds may come from: servers such as GitHub, or `{"url": "local:", "directory": )"
                   R"("/my/projects"}` for folders `<owner>/<repository>` of this machine; [links that are )"
                   R"(understood](docs/access.md#links-to-worlds))",
               .standard = R"(["https://github.com"])",

@@ -10,7 +10,6 @@
 #include "repository_policy.hpp"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 
 namespace webots_cloud {
@@ -92,19 +91,10 @@ std::optional<Failure> bad_name(ProjectRef const& project)
 
 ForgeKind kind_of_forge(std::string_view url) noexcept
 {
-    struct Known
-    {
-        std::string_view url;
-        ForgeKind kind;
-    };
-    constexpr std::array known{
-        Known{"https://github.com", ForgeKind::github},       Known{"https://gitlab.com", ForgeKind::gitlab},
-        Known{"https://codeberg.org", ForgeKind::gitea},      Known{"https://gitea.com", ForgeKind::gitea},
-        Known{"https://bitbucket.org", ForgeKind::bitbucket},
-    };
-    auto const* const found =
-        std::find_if(known.begin(), known.end(), [url](Known const& forge) { return forge.url == url; });
-    return found == known.end() ? ForgeKind::unknown : found->kind;
+    if (url.empty()) // as the site of a kind that has none
+        return ForgeKind::unknown;
+    auto const* const found = std::ranges::find(forge_kinds, url, &ForgeKindRow::site);
+    return found == forge_kinds.end() ? ForgeKind::unknown : found->kind;
 }
 
 std::string_view ProjectRef::folder_after_ref() const noexcept

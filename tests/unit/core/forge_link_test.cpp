@@ -48,12 +48,15 @@ BOOST_AUTO_TEST_CASE(other_hosts_of_a_forge_are_the_usual_one)
 
 BOOST_AUTO_TEST_CASE(kinds_have_the_names_that_configurations_use)
 {
-    for (auto const name : core::forge_kinds)
-        BOOST_TEST((core::forge_kind(name) != ForgeKind::unknown), name);
+    for (auto const& row : forge_kinds) {
+        BOOST_TEST((core::forge_kind(row.name) == row.kind), row.name);
+        BOOST_TEST((row.site.empty() || kind_of_forge(row.site) == row.kind), row.name);
+    }
     BOOST_TEST((core::forge_kind("forgejo") == core::forge_kind("gitea")));
     BOOST_TEST((core::forge_kind("") == ForgeKind::unknown));
     BOOST_TEST((kind_of_forge("https://github.com") == ForgeKind::github));
     BOOST_TEST((kind_of_forge("https://github.com.lab.org") == ForgeKind::unknown));
+    BOOST_TEST((kind_of_forge("") == ForgeKind::unknown));
 }
 
 BOOST_AUTO_TEST_SUITE_END()

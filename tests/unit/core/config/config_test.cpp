@@ -1101,13 +1101,13 @@ BOOST_AUTO_TEST_CASE(a_forge_may_be_said_to_be_of_a_kind)
     };
     auto const server = forges(R"({"url":"https://git.lab.org/","kind":"forgejo"})").value().config.forges[0];
     BOOST_TEST(server.url == "https://git.lab.org");
-    BOOST_TEST((server.source() == ForgeConfig::Source::git_server));
+    BOOST_TEST(server.is_server());
     BOOST_TEST((server.kind == ForgeKind::gitea));
     BOOST_TEST(
         (forges(R"({"url":"https://git.lab.org"})").value().config.forges[0].kind == ForgeKind::unknown));
     auto const mirror =
         forges(R"({"url":"https://git.lab.org","directory":"x","kind":"gitlab"})").value().config.forges[0];
-    BOOST_TEST((mirror.source() == ForgeConfig::Source::folder));
+    BOOST_TEST(!mirror.is_server());
     BOOST_TEST(mirror.directory == "/etc/x");
     BOOST_TEST((mirror.kind == ForgeKind::gitlab));
     BOOST_TEST(forges(R"({"url":"https://git.lab.org","kind":"git"})")
