@@ -120,7 +120,8 @@ enum class Refused : std::uint8_t
 
     // The simulator.
     not_started,
-    ended_early,
+    ended_early, ///< Without a word.
+    ended_early_saying,
     not_loaded,
     no_port,
     quit,

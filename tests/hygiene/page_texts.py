@@ -22,7 +22,8 @@ REFUSALS = os.path.join(WEB, "../core/refusals.cpp")
 ROW = re.compile(r"""\{R::\w+, "([a-z-]+)", errc::\w+, \w+,\s*((?:"(?:[^"\\]|\\.)*"\s*)+)""")
 SAID_IN_ENGLISH = os.path.join(WEB, "viewer/error.json")
 LITERALS = re.compile(r'''(?:"(?:[^"\\\n]|\\.)*"\s*)+''')  # one, or several in a row
-UNSAID = {"time-limit": {"minutes"}}  # Arguments that are no part of the sentence.
+UNSAID = {"time-limit": {"minutes"},  # Arguments that are no part of the sentence,
+          "ended-early": {"words"}}  # or that only some sentences with the code have: pages say nothing there.
 USE = re.compile(r"""\bsay\(\s*'([^']+)'|\bdata-say(?:-label|-placeholder|-title)?="([^"]+)\"""")
 
 

@@ -460,7 +460,7 @@ class Choice(Simulations):
         async with Browser(server) as browser:
             await browser.start(LOOKER)
             self.assertEqual(await browser.hear("loading: Error:"), 
-                             error_line("ended_early", how="it exited with status 1", words=": can't start a display for the simulation: (EE) no memory left"))
+                             error_line("ended_early_saying", how="it exited with status 1", words="can't start a display for the simulation: (EE) no memory left"))
         server.wait_until_clean()
 
     async def test_without_a_display_there_is_none(self):

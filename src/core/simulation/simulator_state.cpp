@@ -96,10 +96,10 @@ Failure SimulatorState::end_reason(std::string_view how, bool expected, std::str
 {
     if (state_ == State::stopping)
         return stop_reason_;
+    if (!was_ready_ && last_words.empty())
+        return refused(Refused::ended_early, {{"how", how}});
     if (!was_ready_)
-        return refused(
-            Refused::ended_early,
-            {{"how", how}, {"words", last_words.empty() ? "." : concat(": ", printable(last_words, 200))}});
+        return refused(Refused::ended_early_saying, {{"how", how}, {"words", printable(last_words, 200)}});
     return expected ? refused(Refused::quit) : refused(Refused::crashed, {{"how", how}});
 }
 

@@ -194,10 +194,10 @@ BOOST_AUTO_TEST_CASE(an_end_that_nobody_asked_for_has_a_reason_of_its_own)
 {
     auto const starting = after({"heartbeat"});
     BOOST_TEST(starting.end_reason("it exited with status 0", true, "").message() ==
-               sentence(core::Refused::ended_early, {{"how", "it exited with status 0"}, {"words", "."}}));
+               sentence(core::Refused::ended_early, {{"how", "it exited with status 0"}}));
     BOOST_TEST(starting.end_reason("it was ended by signal 11", false, "no\aGPU").message() ==
-               sentence(core::Refused::ended_early,
-                        {{"how", "it was ended by signal 11"}, {"words", ": no\\x07GPU"}}));
+               sentence(core::Refused::ended_early_saying,
+                        {{"how", "it was ended by signal 11"}, {"words", "no\\x07GPU"}}));
     auto const ready = after({"heartbeat", "port"});
     BOOST_TEST(ready.end_reason("it exited with status 0", true, "words").message() ==
                sentence(core::Refused::quit));

@@ -467,9 +467,9 @@ BOOST_AUTO_TEST_CASE(no_browser_hears_the_name_of_a_simulation)
     BOOST_TEST(browser.was_told("loading: Creating network \"simulation_default\""));
     BOOST_TEST(browser.was_told("loading: Successfully tagged simulation_webots:latest"));
     BOOST_TEST(browser.sent.back() ==
-               error_line(core::Refused::ended_early,
+               error_line(core::Refused::ended_early_saying,
                           {{"how", "it exited with status 1"},
-                           {"words", ": ERROR: for simulation_webots_1 no such runtime"}}));
+                           {"words", "ERROR: for simulation_webots_1 no such runtime"}}));
     for (auto const& text : browser.sent)
         BOOST_TEST(text.find("0123456789abcdef") == std::string::npos, text);
 }
@@ -903,8 +903,10 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
                "LABEL webots_cloud.server=webots-2000-1f3a9c4d com.docker.compose.project=\"\" "
                "com.docker.compose.service=\"\"\n\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
     BOOST_TEST(errors_told(browser) == 1);
-    BOOST_TEST(browser.sent.back().starts_with(
-        error_line(core::Refused::ended_early, {{"how", "it exited with status 1"}, {"words", ""}})));
+    BOOST_TEST(browser.sent.back() ==
+               error_line(core::Refused::ended_early_saying,
+                          {{"how", "it exited with status 1"},
+                           {"words", "manifest for cyberbotics/webots.cloud:R2025a-ubuntu22.04 not found"}}));
 }
 
 // Private networks and the metadata service of a cloud are no business of a Dockerfile's.

@@ -196,14 +196,15 @@ BOOST_AUTO_TEST_CASE(each_way_to_end_has_its_reason_its_status_and_whether_it_wa
         std::string reason;
         bool was_ready;
     };
-    auto const early = [](std::string_view how, std::string_view words) {
-        return sentence(core::Refused::ended_early, {{"how", how}, {"words", words}});
-    };
     std::vector<Row> const rows{
-        {"", ExitStatus(0, false), early("it exited with status 0", "."), false},
+        {"", ExitStatus(0, false), sentence(core::Refused::ended_early, {{"how", "it exited with status 0"}}),
+         false},
         {"Error: no screen\nTry --help\n", ExitStatus(7, false),
-         early("it exited with status 7", ": Error: no screen"), false},
-        {"", ExitStatus(SIGSEGV, true), early("it was ended by signal 11", "."), false},
+         sentence(core::Refused::ended_early_saying,
+                  {{"how", "it exited with status 7"}, {"words", "Error: no screen"}}),
+         false},
+        {"", ExitStatus(SIGSEGV, true),
+         sentence(core::Refused::ended_early, {{"how", "it was ended by signal 11"}}), false},
         {".\n", ExitStatus(0, false), sentence(core::Refused::quit), true},
         {".\nError: late\n", ExitStatus(7, false),
          sentence(core::Refused::crashed, {{"how", "it exited with status 7"}}), true},

@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "service/run.hpp"
 #include "unit_test.hpp"
 
@@ -513,7 +514,7 @@ namespace {
 
 /// Why a simulation server refuses a start: sentences of every kind, as it says them (protocol,
 /// section 4.1.2).
-constexpr std::string_view reasons[] = {
+std::string const reasons[] = {
     "Error: Cannot run simulation from blocked repository: https://e.org/o/r.", // "allowedRepositories"
     "Error: Unable to start Webots: it exited with code 1: error: cannot open display",
     "Error: https://e.org can't be reached: Connection refused. Try again later.", // or a proxy can't
@@ -521,7 +522,7 @@ constexpr std::string_view reasons[] = {
     "Error: /a/folder can't be written: Permission denied",
     "Error: localhost can't be read", // the key of a website
     "Error: This simulation server is not configured to share idle time.",
-    "Error: Unable to start Webots: it was ended by signal 11 before the world was loaded",
+    "Error: " + sentence(core::Refused::ended_early, {{"how", "it was ended by signal 11"}}),
     "Error: This simulation server is being stopped. Please start again.",
 };
 
@@ -536,7 +537,7 @@ std::string name_of_machine(int number)
 BOOST_AUTO_TEST_CASE(where_every_machine_refuses_its_word_is_told_however_many_there_are)
 {
     for (int const count : {1, 2, 5}) {
-        for (auto const reason : reasons) {
+        for (auto const& reason : reasons) {
             std::vector<std::string> names;
             for (int number = 0; number < count; ++number)
                 names.push_back(name_of_machine(number));

@@ -98,7 +98,7 @@ Case const cases[] = {
      }},
     {"no program can be started", "refusal: machine", "Unable to start Webots"},
     {"Webots crashes before it is ready", "refusal: machine",
-     sentence(core::Refused::ended_early, {{"how", "it was ended by signal 11"}, {"words", ""}}), world_url,
+     sentence(core::Refused::ended_early, {{"how", "it was ended by signal 11"}}), world_url,
      [](Fixture& f) { f.processes.expect().crashes(11); }},
     {"it never gets ready", "refusal: machine", "Webots did not load the world", world_url,
      [](Fixture& f) { f.processes.expect().after(1000s).prints(".\n"); }},

@@ -282,8 +282,8 @@ BOOST_AUTO_TEST_CASE(a_crash_before_ready_is_told_with_the_error_that_webots_pri
     auto& browser = fixture.start();
     fixture.world.advance(1s);
     BOOST_TEST(browser.sent.back() ==
-               error_line(core::Refused::ended_early,
-                          {{"how", "it exited with status 1"}, {"words", ": Error: no display"}}));
+               error_line(core::Refused::ended_early_saying,
+                          {{"how", "it exited with status 1"}, {"words", "Error: no display"}}));
     BOOST_TEST(browser.close_code.has_value());
 }
 
