@@ -40,10 +40,14 @@ enum class Refused : std::uint8_t
     address_of_folder,
     address_without_folder,
     address_without_blob,
-    address_without_worlds,
+    address_without_worlds, ///< Python servers say no more; we do.
+    address_not_in_worlds,
     address_without_world,
-    address_part,
+    address_owner,
+    address_repository,
+    address_name,
     outside_allowed,
+    outside_sandbox, ///< The same, where a sandbox could take them.
     not_shared,
     too_busy,
     blocked,
@@ -52,7 +56,9 @@ enum class Refused : std::uint8_t
     no_repository,
     no_commit,
     not_in_repository,
-    unusable_commit,
+    commit_on_no_branch,
+    commit_not_newest,
+    history_too_large,
     unusable_repository,
     site_unreachable,
     site_fault,
@@ -129,6 +135,7 @@ enum class Refused : std::uint8_t
     display_ended,
     time_limit,
     memory_overrun,
+    job_memory_overrun,
     process_overrun,
     disk_overrun,
     build_overrun,
@@ -143,7 +150,8 @@ enum class Refused : std::uint8_t
     job_refused,
     job_invalid,
     node_without_project,
-    job_project_not_copied,
+    job_project_not_copied, ///< Without a word.
+    job_project_not_copied_saying,
 
     // Requests of a page.
     nothing_asked,

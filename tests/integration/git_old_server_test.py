@@ -9,7 +9,7 @@ import sys
 import threading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from support.git_case import GitCase, main  # noqa: E402
+from support.git_case import GitCase, about_commit, main  # noqa: E402
 from support.git_probe import HEADER, WORLD, tree  # noqa: E402
 
 FILES = {
@@ -24,8 +24,6 @@ FILES = {
 }
 TOP = "owner/robots/blob/main/worlds/top.wbt"
 ARM = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
-ONLY_TIPS = ("Commit {} of owner/robots is not the newest one of any branch or tag, and the git server can't tell whether it is an "
-             "older one: name a branch or tag, or have one made for it.")
 
 
 class OldServerCase(GitCase):
@@ -93,7 +91,7 @@ class OldServerTest(OldServerCase):
         self.server.commit(self.path, dict(FILES, evil="x"), "refs/pull/1/head")
         for ref in ("main^", "refs/pull/1/head"):
             commit = self.commit_of(ref)
-            self.assertEqual(self.probe.fetch(f"owner/robots/blob/{commit}/worlds/top.wbt").get("error"), ONLY_TIPS.format(commit[:12]))
+            self.assertEqual(self.probe.fetch(f"owner/robots/blob/{commit}/worlds/top.wbt").get("error"), about_commit("commit_not_newest", commit))
         self.assertEqual(os.listdir(os.path.join(self.probe.cache, "repositories")), [])
 
     def commit_of(self, ref):
@@ -140,7 +138,7 @@ class OldServerTest(OldServerCase):
         for world, words in (
                 ("owner/nothing/blob/main/worlds/a.wbt", "Repository owner/nothing does not exist or is private."),
                 ("owner/robots/blob/nothing/worlds/a.wbt", 'Repository owner/robots has no branch or tag "nothing".'),
-                (f"owner/robots/blob/{commit}/worlds/a.wbt", ONLY_TIPS.format("012345678901")),
+                (f"owner/robots/blob/{commit}/worlds/a.wbt", about_commit("commit_not_newest", "012345678901")),
                 ("owner/robots/blob/main/nothing/worlds/a.wbt", 'Repository owner/robots has no folder "nothing".'),
                 ("owner/robots/blob/main/empty/worlds/a.wbt", 'Repository owner/robots has no folder "empty/worlds".'),
                 ("owner/robots/blob/main/worlds/a.wbt", "a.wbt does not exist.")):

@@ -13,7 +13,7 @@ import sys
 import threading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from support.git_case import GitCase, main  # noqa: E402
+from support.git_case import GitCase, about_commit, main  # noqa: E402
 from support.git_probe import HEADER, WORLD, Probe, tree  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.proxy import Proxy  # noqa: E402
@@ -34,16 +34,11 @@ FILES = {
 ARM = {path[len("projects/arm/"):]: value for path, value in FILES.items() if path.startswith("projects/arm/")}
 
 
-ONLY_TIPS = ("Commit {} of owner/robots is not the newest one of any branch or tag, and the git server can't tell whether it is an "
-             "older one: name a branch or tag, or have one made for it.")
-
-
 class GitSourceTest(GitCase):
     """One server for all cases; each has a cache of its own."""
 
     partial = True
-    NO_SUCH_COMMIT = ("Commit 012345678901 of owner/robots is on no branch and under no tag: name a branch or tag, or have one "
-                      "made for it.")
+    NO_SUCH_COMMIT = about_commit("commit_on_no_branch", "012345678901")
 
     @classmethod
     def setUpClass(cls):
@@ -226,7 +221,7 @@ class GitSourceWithoutFiltersTest(GitSourceTest):
     """The same with a server that does not support filters."""
 
     partial = False
-    NO_SUCH_COMMIT = ONLY_TIPS.format("012345678901")
+    NO_SUCH_COMMIT = about_commit("commit_not_newest", "012345678901")
 
 
 class FilterTest(GitCase):
@@ -307,8 +302,7 @@ class CommitTest(GitCase):
             for command in (["init", "-q", "--bare", clone], ["-C", clone, "fetch", "-q", f"{self.server.url}/owner/robots.git", commit]):
                 self.server._git("-c", "protocol.version=2", *command)
             for world in ("worlds/a.wbt", "p/worlds/b.wbt"):
-                self.check_refused(commit, f"Commit {commit[:12]} of owner/robots is on no branch and under no tag: "
-                                           "name a branch or tag, or have one made for it.", world)
+                self.check_refused(commit, about_commit("commit_on_no_branch", commit), world)
 
     def test_a_commit_of_a_stranger_that_was_taken_in_is_the_repositorys_own(self):
         offered, _ = self.strangers()
@@ -328,12 +322,11 @@ class CommitTest(GitCase):
 
     def test_a_history_that_is_too_large_is_not_looked_through(self):
         self.server.commit(self.path, self.FILES, message="x" * 20_000)
-        self.check_refused(self.first, f"Commit {self.first[:12]} of owner/robots is not looked for, as the history is too large: "
-                                       "name a branch or tag, or have one made for it.", "worlds/a.wbt", "--bytes", "10000")
+        self.check_refused(self.first, about_commit("history_too_large", self.first), "worlds/a.wbt", "--bytes", "10000")
 
     def test_a_server_without_filters_is_asked_for_tips_only(self):
         self.server.set_partial(self.path, False)
-        self.check_refused(self.first, ONLY_TIPS.format(self.first[:12]))
+        self.check_refused(self.first, about_commit("commit_not_newest", self.first))
         self.check(self.newest)
 
 

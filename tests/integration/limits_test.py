@@ -249,7 +249,7 @@ class Limits:
     def test_the_browser_is_told_of_the_memory(self):
         for attack in self.memory_attacks:
             with self.subTest(attack):
-                self.assertEqual(self.told[attack], error_line("memory_overrun", max=MEMORY, key='"simulationMemory"'))
+                self.assertEqual(self.told[attack], error_line("memory_overrun", max=MEMORY))
 
     def test_the_browser_is_told_of_the_processes(self):
         self.assertEqual(self.told["processes"], error_line("process_overrun", max=PROCESSES))

@@ -13,9 +13,10 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser  # noqa: E402
 from support.other_user import OwnedServer  # noqa: E402
+from support.refusals import error_line, pattern  # noqa: E402
 from support.servers import main  # noqa: E402
 
-REFUSED = 'loading: Error: Docker not enabled: cannot host simulations from repositories outside of "allowedRepositories".'
+REFUSED = error_line("outside_allowed")
 
 
 class Outside(unittest.TestCase):
@@ -57,7 +58,7 @@ class Outside(unittest.TestCase):
 
     def test_a_sandbox_that_lacks_something_says_what(self):
         server = self.started(sandbox="bubblewrap", display=":97")
-        self.assertRegex(self.answer(server), f"^{REFUSED} Its operator can accept them in its sandbox, with .*\\.$")
+        self.assertRegex(self.answer(server), pattern("outside_sandbox"))
         self.assertRegex(server.log(), "To accept them in the sandbox bubblewrap when the machine is idle, this server needs .*\\.")
 
 

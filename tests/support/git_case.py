@@ -6,9 +6,15 @@ import unittest
 
 from .disks import mount_small_disk, mount_xfs
 from .git_probe import Probe
+from .refusals import sentence
 from .servers import program
 from .git_server import GitServer, require_git_server
 from .waiting import wait_until
+
+
+def about_commit(row, commit):
+    """The sentence of that row about a commit of the usual repository."""
+    return sentence(row, commit=commit[:12], name="owner/robots")
 
 
 class GitCase(unittest.TestCase):

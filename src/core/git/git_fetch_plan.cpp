@@ -18,13 +18,6 @@ namespace {
 using namespace git_action;
 using namespace git_outcome;
 
-// Of a commit that was asked for by its hash.
-constexpr std::string_view on_no_branch = "is on no branch and under no tag";
-constexpr std::string_view not_newest =
-    "is not the newest one of any branch or tag, and the git server can't "
-    "tell whether it is an older one";
-constexpr std::string_view not_looked_for = "is not looked for, as the history is too large";
-
 bool is_disk_full(Failure const& failure)
 {
     return failure.code() == boost::system::errc::no_space_on_device;
@@ -71,13 +64,11 @@ GitAction GitFetchPlan::fail(Failure const& failure)
     return go(Step::over, Fail{explain(failure, project_)});
 }
 
-GitAction GitFetchPlan::fail_commit(errc code, std::string_view what)
+GitAction GitFetchPlan::fail_commit(Refused why)
 {
     constexpr std::size_t digits = 12;
-    return fail(refused(make_error_code(code), Refused::unusable_commit,
-                        {{"commit", to_hex(target_.commit).substr(0, digits)},
-                         {"name", concat(project_.owner, "/", project_.repository)},
-                         {"what", what}}));
+    return fail(refused(why, {{"commit", to_hex(target_.commit).substr(0, digits)},
+                              {"name", concat(project_.owner, "/", project_.repository)}}));
 }
 
 GitAction GitFetchPlan::next(GitOutcome const& outcome)
@@ -269,9 +260,9 @@ GitAction GitFetchPlan::after_begin(GitOutcome const& outcome)
     if (!history_unknown_)
         return fetch_commit();
     if (!capabilities_.version_2 || !capabilities_.filter)
-        return fail_commit(errc::not_found, not_newest);
+        return fail_commit(Refused::commit_not_newest);
     if (tips_.size() > max_git_wants)
-        return fail_commit(errc::too_large, not_looked_for);
+        return fail_commit(Refused::history_too_large);
     history_with_files_ = false;
     return without_files_ ? fetch_commit() : fetch_history();
 }
@@ -300,15 +291,14 @@ GitAction GitFetchPlan::after_history(GitOutcome const& outcome)
         history_with_files_ = false;
         return fetch_history();
     }
-    return stopped || fails_as(failed->failure, errc::too_large)
-               ? fail_commit(errc::too_large, not_looked_for)
-               : fail_commit(errc::not_found, not_newest);
+    bool const is_too_large = stopped || fails_as(failed->failure, errc::too_large);
+    return fail_commit(is_too_large ? Refused::history_too_large : Refused::commit_not_newest);
 }
 
 GitAction GitFetchPlan::after_search(GitOutcome const& outcome)
 {
     if (!std::holds_alternative<InHistory>(outcome))
-        return fail_commit(errc::not_found, on_no_branch);
+        return fail_commit(Refused::commit_on_no_branch);
     history_unknown_ = false;
     return laid_out_ ? fetch_files() : fetch_commit();
 }

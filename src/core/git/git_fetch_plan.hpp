@@ -1,6 +1,7 @@
 // How a folder of a repository is fetched: which step follows from what became of the one before.
 #pragma once
 
+#include "core/refusals.hpp"
 #include "git_object_id.hpp"
 #include "git_problem.hpp"
 #include "git_refs.hpp"
@@ -318,7 +319,7 @@ private:
 
     GitAction go(Step step, GitAction action);
     GitAction fail(Failure const& failure);
-    GitAction fail_commit(errc code, std::string_view what);
+    GitAction fail_commit(Refused why);
     GitAction look_up_failed(Failure const& failure);
     GitAction download_failed(git_outcome::Failed const& failed);
 

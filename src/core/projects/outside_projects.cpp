@@ -39,16 +39,15 @@ OutsideProjects judge_outside_projects(SimulationWalls const& walls, bool has_li
         outside.remark = concat(these, " are refused: simulations run without a sandbox.");
         return outside;
     }
-    auto const needed = missing(walls, has_list);
-    if (needed.empty()) {
+    outside.needed = missing(walls, has_list);
+    if (outside.needed.empty()) {
         outside.accepted = true;
         outside.remark =
             concat(these, " may run here when the machine is idle, in the sandbox ", walls.sandbox, ".");
         return outside;
     }
-    outside.hint = concat("Its operator can accept them in its sandbox, with ", needed, ".");
     outside.remark = concat(these, " are refused. To accept them in the sandbox ", walls.sandbox,
-                            " when the machine is idle, this server needs ", needed, ".");
+                            " when the machine is idle, this server needs ", outside.needed, ".");
     return outside;
 }
 

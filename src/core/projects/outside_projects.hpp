@@ -13,7 +13,7 @@ struct OutsideProjects
     OutsideProjects() = default;
 
     bool accepted = false;
-    std::string hint;   ///< For browsers, where they are refused: what would be needed; empty: a lot.
+    std::string needed; ///< Where they are refused: what the sandbox lacks; empty: a lot.
     std::string remark; ///< For the log: a sentence.
 };
 

@@ -36,9 +36,9 @@ bool is_forge_name(std::string_view name)
                        [](char c) { return is_alphanumeric(c) || c == '-' || c == '_' || c == '.'; });
 }
 
-Failure bad_part(std::string_view what, std::string_view part)
+Failure bad_part(Refused which, std::string_view part)
 {
-    return refused(Refused::address_part, {{"part", core::printable(part, 60)}, {"what", what}});
+    return refused(which, {{"part", core::printable(part, 60)}});
 }
 
 bool is_world_file(std::string_view name)
@@ -63,9 +63,8 @@ std::optional<Failure> why_no_world(std::string_view path, core::ForgeLink const
     if (parts.size() < 3 && !is_world_file(file))
         return refused(Refused::address_too_short);
     if (parts.size() < 3 || parts[parts.size() - 2] != "worlds")
-        return refused(Refused::address_without_worlds,
-                       {{"hint", concat(": worlds have to be in a folder \"worlds\", as in worlds/",
-                                        core::printable(is_world_file(file) ? file : "world.wbt", 60))}});
+        return refused(Refused::address_not_in_worlds,
+                       {{"world", core::printable(is_world_file(file) ? file : "world.wbt", 60)}});
     if (!is_world_file(file))
         return refused(Refused::address_without_world);
     return std::nullopt;
@@ -75,15 +74,15 @@ std::optional<Failure> bad_name(ProjectRef const& project)
 {
     for (auto const part : core::split(project.owner, '/'))
         if (!is_forge_name(part))
-            return bad_part("name of an owner", part);
+            return bad_part(Refused::address_owner, part);
     if (!is_forge_name(project.repository) || core::without_dot_git(project.repository) != project.repository)
-        return bad_part("name of a repository", project.repository);
+        return bad_part(Refused::address_repository, project.repository);
     // Where the ref ends is unknown yet, so its parts obey the rule for files and folders, too.
     for (auto const part : core::split(project.ref_and_folder, '/'))
         if (!core::is_safe_file_name(part))
-            return bad_part("name of a branch, folder or file", part);
+            return bad_part(Refused::address_name, part);
     if (!project.world.empty() && !core::is_safe_file_name(project.world))
-        return bad_part("name of a branch, folder or file", project.world);
+        return bad_part(Refused::address_name, project.world);
     return std::nullopt;
 }
 

@@ -324,8 +324,9 @@ std::optional<Failure> refusal(RepositoryPolicy const& policy, std::string_view 
                     [&](auto const& rule) { return rule_allows(rule, world); }))
         return std::nullopt;
     if (!policy.outside.accepted)
-        return refused(Refused::outside_allowed,
-                       {{"hint", concat(policy.outside.hint.empty() ? "" : " ", policy.outside.hint)}});
+        return policy.outside.needed.empty()
+                   ? refused(Refused::outside_allowed)
+                   : refused(Refused::outside_sandbox, {{"needed", policy.outside.needed}});
     if (policy.rules.share_idle_time == 0)
         return refused(Refused::not_shared);
     if (load > policy.rules.share_idle_time)

@@ -60,12 +60,12 @@ bool ended_at_file_size(int code, bool signalled) noexcept
     return code == (signalled ? SIGXFSZ : by_signal + SIGXFSZ);
 }
 
-Failure overrun_failure(Limit limit, ProcessLimits const& limits, std::string_view memory_key)
+Failure overrun_failure(Limit limit, ProcessLimits const& limits, bool is_job)
 {
     switch (limit) {
     case Limit::memory:
-        return refused(Refused::memory_overrun,
-                       {{"max", std::to_string(limits.memory >> 20)}, {"key", memory_key}});
+        return refused(is_job ? Refused::job_memory_overrun : Refused::memory_overrun,
+                       {{"max", std::to_string(limits.memory >> 20)}});
     case Limit::processes:
         return refused(Refused::process_overrun, {{"max", std::to_string(limits.processes)}});
     case Limit::build:

@@ -38,10 +38,9 @@ std::optional<Limit> overrun(ProcessLimits const& limits, Consumption const& use
 /// programs report the end of others, by its exit status.
 bool ended_at_file_size(int code, bool signalled) noexcept;
 
-/// What the browser of the simulation is told that has overrun its limit. `memory_key`: which raises that of
-/// memory.
-Failure overrun_failure(Limit limit, ProcessLimits const& limits,
-                        std::string_view memory_key = "\"simulationMemory\"");
+/// What the browser of the simulation is told that has overrun its limit. `is_job`: another key raises that
+/// of memory.
+Failure overrun_failure(Limit limit, ProcessLimits const& limits, bool is_job = false);
 
 /// As in `/metrics`.
 std::string_view label_of(Limit limit) noexcept;

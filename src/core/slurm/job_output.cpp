@@ -132,8 +132,9 @@ JobOutput::Line JobOutput::read_guard(std::string_view line)
 
 JobOutput::Line JobOutput::end_without_project()
 {
-    return end(refused(Refused::job_project_not_copied,
-                       {{"words", concat(copy_trouble_.empty() ? "" : ": ", copy_trouble_)}}));
+    return end(copy_trouble_.empty()
+                   ? refused(Refused::job_project_not_copied)
+                   : refused(Refused::job_project_not_copied_saying, {{"words", copy_trouble_}}));
 }
 
 JobOutput::Line JobOutput::end(Failure reason)

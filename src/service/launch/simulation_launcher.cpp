@@ -338,8 +338,7 @@ asio::awaitable<Compilation> RunningSimulation::compile(ControllerSources source
 
 Failure RunningSimulation::overrun_failure(Limit limit) const
 {
-    return plan_.job.empty() ? core::overrun_failure(limit, limits_)
-                             : core::overrun_failure(limit, limits_, "\"memory\" of \"launcher\"");
+    return core::overrun_failure(limit, limits_, !plan_.job.empty());
 }
 
 /// A line of a job.   Returns: whether it is the simulator's.

@@ -94,6 +94,19 @@ BOOST_AUTO_TEST_CASE(codes_are_words_with_hyphens_and_sentences_are_printable)
     }
 }
 
+// Else whoever changes the sentence has to change the part that names the value, too.
+BOOST_AUTO_TEST_CASE(no_value_brings_the_punctuation_before_it)
+{
+    for (auto const& row : all_rows())
+        for (auto at = row.sentence.find('{'); at != std::string_view::npos;
+             at = row.sentence.find('{', at + 1)) {
+            char const before = at == 0 ? ' ' : row.sentence[at - 1];
+            BOOST_TEST((before == ' ' || before == '"' || before == ':' || before == '>' || before == '(' ||
+                        before == '/'),
+                       row.sentence);
+        }
+}
+
 BOOST_AUTO_TEST_CASE(sentences_of_python_servers_are_known)
 {
     auto const known = python_refusals();

@@ -258,15 +258,15 @@ constexpr std::string_view says_words = "fail: https://forge.example: words.";
 constexpr std::string_view no_repository = "fail: Repository ann/robots words.";
 constexpr std::string_view stale =
     "stale: https://forge.example can't be reached: words. Starting ann/robots from the cache.";
-constexpr std::string_view not_newest =
-    "fail: Commit 000100000000 of ann/robots is not the newest one of any branch or tag, and the git server "
-    "can't tell whether it is an older one: name a branch or tag, or have one made for it.";
-constexpr std::string_view on_no_branch =
-    "fail: Commit 000100000000 of ann/robots is on no branch and under no tag: name a branch or tag, or have "
-    "one made for it.";
-constexpr std::string_view not_looked_for = "fail: Commit 000100000000 of ann/robots is not looked for, as "
-                                            "the history is too large: name a branch or "
-                                            "tag, or have one made for it.";
+
+std::string about_commit(Refused why)
+{
+    return "fail: " + refused(why, {{"commit", "000100000000"}, {"name", "ann/robots"}}).message();
+}
+
+std::string const not_newest = about_commit(Refused::commit_not_newest);
+std::string const on_no_branch = about_commit(Refused::commit_on_no_branch);
+std::string const not_looked_for = about_commit(Refused::history_too_large);
 
 } // namespace
 

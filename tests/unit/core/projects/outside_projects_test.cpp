@@ -36,7 +36,7 @@ BOOST_AUTO_TEST_CASE(without_a_sandbox_browsers_are_told_what_they_always_were)
 {
     auto const judged = judge_outside_projects(SimulationWalls(), true);
     BOOST_TEST(!judged.accepted);
-    BOOST_TEST(judged.hint == "");
+    BOOST_TEST(judged.needed == "");
     BOOST_TEST(judged.remark ==
                "Projects outside of \"allowedRepositories\" are refused: simulations run without a sandbox.");
 }
@@ -46,8 +46,7 @@ BOOST_AUTO_TEST_CASE(a_list_stays_closed_until_the_operator_names_the_sandbox)
     auto walls = all_walls();
     auto const judged = judge_outside_projects(walls, true);
     BOOST_TEST(!judged.accepted);
-    BOOST_TEST(judged.hint == "Its operator can accept them in its sandbox, with \"sandbox\": \"bubblewrap\" "
-                              "rather than \"auto\".");
+    BOOST_TEST(judged.needed == "\"sandbox\": \"bubblewrap\" rather than \"auto\"");
     walls.by_name = true;
     BOOST_TEST(judge_outside_projects(walls, true).accepted);
 }
@@ -58,9 +57,8 @@ BOOST_AUTO_TEST_CASE(what_a_sandbox_lacks_is_named)
     walls.limits = false;
     BOOST_TEST(!judge_outside_projects(walls, false).accepted);
     walls.own_displays = false;
-    BOOST_TEST(judge_outside_projects(walls, false).hint ==
-               "Its operator can accept them in its sandbox, with limits for each simulation that hold and "
-               "\"display\": \"private\".");
+    BOOST_TEST(judge_outside_projects(walls, false).needed ==
+               "limits for each simulation that hold and \"display\": \"private\"");
     BOOST_TEST(judge_outside_projects(walls, true).remark ==
                "Projects outside of \"allowedRepositories\" are refused. To accept them in the sandbox "
                "bubblewrap when "

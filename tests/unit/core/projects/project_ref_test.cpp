@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "unit_test.hpp"
 
 #include <webots_cloud/project_ref.hpp>
@@ -72,7 +73,7 @@ BOOST_AUTO_TEST_CASE(the_error_texts_are_those_browsers_know)
     BOOST_TEST(refusal_of("https://github.com/o/r/commits/main/worlds/a.wbt") ==
                "Missing blob in Webots simulation URL, founds commits");
     BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/world/a.wbt")
-                   .starts_with("Missing worlds folder in Webots simulation URL"));
+                   .starts_with(sentence(core::Refused::address_without_worlds)));
     BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/worlds/a.txt") ==
                "Missing world file in Webots simulation URL");
     BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/worlds/.wbt") ==
@@ -327,9 +328,7 @@ BOOST_AUTO_TEST_CASE(a_world_outside_of_worlds_is_told_where_it_has_to_be)
     for (auto const* url :
          {"https://github.com/o/r/blob/main/a.wbt", "https://github.com/o/r/blob/main/world/a.wbt",
           "https://github.com/o/r/raw/main/p/q/a.wbt", "https://github.com/o/r/tree/main/Worlds/a.wbt"})
-        BOOST_TEST(refusal_of(url) ==
-                       "Missing worlds folder in Webots simulation URL: worlds have to be in a "
-                       "folder \"worlds\", as in worlds/a.wbt",
+        BOOST_TEST(refusal_of(url) == sentence(core::Refused::address_not_in_worlds, {{"world", "a.wbt"}}),
                    url);
 }
 

@@ -1,3 +1,4 @@
+#include "refusal_sentences.hpp"
 #include "unit_test.hpp"
 
 #include "core/projects/repository_policy.hpp"
@@ -273,13 +274,11 @@ BOOST_AUTO_TEST_CASE(others_are_refused_in_the_words_that_browsers_know)
     BOOST_TEST(refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0)->message() ==
                "This simulation server is not configured to share idle time.");
     policy.outside.accepted = false;
-    BOOST_TEST(
-        refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0)->message() ==
-        "Docker not enabled: cannot host simulations from repositories outside of \"allowedRepositories\".");
-    policy.outside.hint = "Its operator can do more.";
     BOOST_TEST(refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0)->message() ==
-               "Docker not enabled: cannot host simulations from repositories outside of "
-               "\"allowedRepositories\". Its operator can do more.");
+               webots_cloud::sentence(Refused::outside_allowed));
+    policy.outside.needed = "a sandbox that it names";
+    BOOST_TEST(refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0)->message() ==
+               webots_cloud::sentence(Refused::outside_sandbox, {{"needed", "a sandbox that it names"}}));
 }
 
 // Rules are copied from the pages of forges, as links to worlds are.

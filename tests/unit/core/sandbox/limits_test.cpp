@@ -129,7 +129,9 @@ BOOST_AUTO_TEST_CASE(the_end_at_the_largest_file_is_known_by_signal_and_by_statu
 BOOST_AUTO_TEST_CASE(the_browser_is_told_the_limit_and_what_helps)
 {
     BOOST_TEST(overrun_failure(Limit::memory, all_limits()).message() ==
-               sentence(Refused::memory_overrun, {{"max", "200"}, {"key", "\"simulationMemory\""}}));
+               sentence(Refused::memory_overrun, {{"max", "200"}}));
+    BOOST_TEST(overrun_failure(Limit::memory, all_limits(), true).message() ==
+               sentence(Refused::job_memory_overrun, {{"max", "200"}}));
     BOOST_TEST(overrun_failure(Limit::processes, all_limits()).message() ==
                sentence(Refused::process_overrun, {{"max", "50"}}));
     BOOST_TEST(overrun_failure(Limit::disk, all_limits()).message() ==

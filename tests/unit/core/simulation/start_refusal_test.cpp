@@ -65,7 +65,7 @@ BOOST_AUTO_TEST_CASE(a_row_of_the_table_knows_better_than_its_code)
 {
     using core::Refused;
     using core::refused;
-    auto const too_large = refused(Refused::memory_overrun, {{"max", "2"}, {"key", "it"}});
+    auto const too_large = refused(Refused::memory_overrun, {{"max", "2"}});
     BOOST_TEST((core::refusal_at(Step::launch, too_large) == Refusal::everywhere));
     auto const unreachable = refused(Refused::site_unreachable, {{"site", "s"}, {"why", "w"}});
     BOOST_TEST((core::refusal_at(Step::repository, unreachable) == Refusal::here));

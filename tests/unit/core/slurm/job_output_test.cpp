@@ -131,7 +131,7 @@ BOOST_AUTO_TEST_CASE(why_a_project_can_not_be_copied_is_told_without_our_paths)
         (on_the_node.read("tar: srv/1/a: b/c.wbt: Cannot write: No space left on device") == Line::ours));
     on_the_node.read("tar: Exiting with failure status due to previous errors");
     BOOST_TEST((on_the_node.read("webots-process-guard 5f0c9a4b7d21e836 can't receive") == Line::ends));
-    BOOST_TEST(is_reason(on_the_node, Refused::job_project_not_copied, ": No space left on device"));
+    BOOST_TEST(is_reason(on_the_node, Refused::job_project_not_copied_saying, "No space left on device"));
     JobOutput here;
     BOOST_TEST((here.read("webots-process-guard can't send") == Line::ends));
     BOOST_TEST(is_reason(here, Refused::job_project_not_copied));

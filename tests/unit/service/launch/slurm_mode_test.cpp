@@ -341,8 +341,7 @@ BOOST_AUTO_TEST_CASE(what_a_job_uses_is_what_the_guard_on_its_node_counts)
     BOOST_TEST(used.counted.has_value());
     auto const ended = fixture.next<SimulationEnded>(*simulation);
     BOOST_TEST((ended.overrun == Limit::memory));
-    BOOST_TEST(ended.reason.message() == sentence(core::Refused::memory_overrun,
-                                                  {{"max", "0"}, {"key", "\"memory\" of \"launcher\""}}));
+    BOOST_TEST(ended.reason.message() == sentence(core::Refused::job_memory_overrun, {{"max", "0"}}));
 }
 
 BOOST_AUTO_TEST_CASE(a_project_is_copied_where_the_node_does_not_see_it)

@@ -94,8 +94,7 @@ BOOST_AUTO_TEST_CASE(who_has_too_much_memory_is_ended_and_told_while_the_neighbo
     auto& neighbour = fixture.start();
     auto& browser = fixture.start();
     fixture.world.advance(1s);
-    BOOST_TEST(browser.sent.back() ==
-               error_line(core::Refused::memory_overrun, {{"max", "200"}, {"key", "\"simulationMemory\""}}));
+    BOOST_TEST(browser.sent.back() == error_line(core::Refused::memory_overrun, {{"max", "200"}}));
     BOOST_TEST(browser.close_code.has_value());
     BOOST_TEST(!neighbour.close_code.has_value());
     BOOST_TEST(fixture.service.sessions() == 1U);

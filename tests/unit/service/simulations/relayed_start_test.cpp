@@ -148,10 +148,8 @@ BOOST_AUTO_TEST_CASE(pages_that_ask_for_reasons_get_them_before_the_error)
 {
     Fixture fixture;
     auto const missing = forge + "o/r/blob/main/robots/a.wbt";
-    constexpr auto reason =
-        R"(reason: {"code":"no-address","values":{"hint":": worlds have to be in a folder \"worlds\", as in worlds/a.wbt"}})";
-    constexpr auto error = "loading: Error: Missing worlds folder in Webots simulation URL: worlds have to "
-                           "be in a folder \"worlds\", as in worlds/a.wbt";
+    constexpr auto reason = R"(reason: {"code":"no-address","values":{"world":"a.wbt"}})";
+    auto const error = error_line(core::Refused::address_not_in_worlds, {{"world", "a.wbt"}});
     BOOST_TEST(fixture.say("", start(missing, R"(,"reasons":true)")).sent == (Texts{reason, error}),
                boost::test_tools::per_element());
     BOOST_TEST(fixture.say("", start(missing)).sent == Texts{error}, boost::test_tools::per_element());

@@ -457,7 +457,7 @@ BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
     struct Case
     {
         char const* message;
-        char const* answer;
+        std::string answer;
     };
     for (auto const& [message, answer] : {
              Case{R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/b.wbt"}})",
@@ -465,8 +465,7 @@ BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
              Case{R"({"start":{"url":"https://github.com/o/r/blob/b.wbt"}})",
                   "loading: Error: Wrong Webots simulation URL"},
              Case{R"({"start":{"url":"https://github.com/o/r/blob/main/b.wbt"}})",
-                  "loading: Error: Missing worlds folder in Webots simulation URL: worlds have to be in a "
-                  "folder \"worlds\", as in worlds/b.wbt"},
+                  error_line(core::Refused::address_not_in_worlds, {{"world", "b.wbt"}})},
              Case{R"({"start":{"url":"https://github.com/o/r/tree/main/p"}})",
                   "loading: Error: Wrong Webots simulation URL: it leads to a folder. "},
              Case{R"({"start":{"url":"https://evil.org/o/r/blob/main/worlds/a.wbt"}})",
