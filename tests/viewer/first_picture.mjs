@@ -1,7 +1,8 @@
 // Measures what a visitor waits for after the click on Start: until the first picture is drawn, and until one that moves. For
 // tests/bench/speed/first_picture_bench.py, which starts the servers, and says when the next start may come:
 //
-//   node tests/viewer/first_picture.mjs URL [hover]        URL of the page; `hover`: the mouse rests on the button for a moment before
+//   node tests/viewer/first_picture.mjs URL [hover|moved]   URL of the page; `hover`: the mouse rests on the button for a moment before,
+//                                                          `moved`: elsewhere on the page
 //
 // For each line that it reads it clicks once, and prints {first, moving, steps}: milliseconds, and what the page has done when.
 
@@ -81,10 +82,12 @@ for await (const line of createInterface({ input: process.stdin })) {
   await page.goto(url);
   await page.waitForSelector('body[data-availability="available"]');
   await page.waitForLoadState('networkidle');
-  if (way === 'hover') {
+  if (way === 'hover')
     await page.hover('#start');
+  else if (way === 'moved')
+    await page.mouse.move(1, 1);
+  if (way !== undefined && way !== '')
     await new Promise((resolve) => setTimeout(resolve, HOVER_MS));
-  }
   await page.click('#start');
   let measured = null;
   for (let tries = 0; measured === null && tries < 300; ++tries) {

@@ -52,6 +52,25 @@ test('the lamp of another session server, and of one without a line, says that n
   assert.equal(await plain.textContent('#light-text'), 'Every seat is taken.');
 });
 
+test('the connection for a start is there at the first sign of a person, and is the one that the start takes', async (t) => {
+  await cloud.set('defaults', { waiting: true });
+  await cloud.set('relays', true);
+  const page = await openViewer(t, { viewport: { width: 1280, height: 720 } });
+  await page.waitForSelector('body[data-room]');
+  await hide(page, true);
+  await page.mouse.move(3, 3);
+  assert.equal(await cloud.get('line'), 0);
+  await hide(page, false);
+  await page.mouse.move(6, 6);
+  await until(async () => await cloud.get('line') === 1, 'the connection');
+  await page.mouse.move(9, 9);
+  await page.keyboard.press('Tab');
+  await page.click('#start');
+  await state(page, 'running');
+  assert.equal((await starts()).length, 1);
+  assert.equal(await cloud.get('line'), 1);
+});
+
 // The table "What a site is" of docs/visitors.md, and what servers say that are not ours.
 const SITES = {
   free: ['available', 'A machine is free.'],

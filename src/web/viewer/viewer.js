@@ -23,6 +23,7 @@ import { WakeLock } from './view/wake_lock.js';
 import { placeText, returningText, SlowVoice, waitingTitle } from './view/waiting.js';
 import { whenBack } from './view/watch.js';
 import { titleOf } from './view/world_lists.js';
+import { onFirstSign } from './first_sign.js';
 import { Sharing } from './sharing.js';
 
 const SETTLING_MS = 3000; // the server updates its availability once a second
@@ -269,13 +270,22 @@ function ownMachine({ server }) {
   return hasRoom && server === ownServer ? webToSocket(server).replace(/\/+$/, '') : undefined;
 }
 
-// A hand or a finger is on the button.
+// Somebody may press the button soon.
 function prepare() {
   if (session !== null)
     return;
   try {
     Session.prepare({ machine: ownMachine(parseAddress(element('connect-to').value, ownServer)) });
   } catch { /* Start tells what is wrong with the address. */ }
+}
+
+// Whether the connection for a start, which is closed again where none follows, makes sense: the button is in view, and what it starts is known.
+function prepareEarly() {
+  const { top, bottom } = element('start').getBoundingClientRect();
+  const isInView = session === null && bottom > 0 && top < innerHeight;
+  if (isInView)
+    prepare();
+  return isInView;
 }
 
 // A file, not a simulation: nothing runs and nothing ends.
@@ -663,3 +673,4 @@ if (kept !== null && session === null) {
 } else if (startsAtOnce && session === null) {
   start();
 }
+onFirstSign(prepareEarly);

@@ -5,9 +5,9 @@
 
 Chromium without a window shows the viewer of a session server that relays, as the shipped one does, with a simulation server beside it
 whose simulations have the walls that ship. The project is in a folder, so there is nothing to fetch. *Cold* the simulation is started, *staged* it
-was ready before; *hover*: the mouse rests on the button before the click, as hands do. `--delay` puts a network between the browser and the
-servers that takes so many milliseconds in each direction; a new connection costs a round trip by itself. `--steps` prints what the
-page has done in the median start, and when.
+was ready before; *hover*: the mouse rests on the button before the click, as hands do; *moved*: it has moved elsewhere on the page. `--delay`
+puts a network between the browser and the servers that takes so many milliseconds in each direction; a new connection costs a round trip by
+itself. `--steps` prints what the page has done in the median start, and when.
 """
 
 import argparse
@@ -30,7 +30,13 @@ from support.ports import free_port  # noqa: E402
 from support.servers import SessionServer, SimulationServer, wait_until  # noqa: E402
 
 PAGE = os.path.join(HERE, "../../viewer/first_picture.mjs")
-WAYS = {"cold": (False, ""), "cold, hover": (False, "hover"), "staged": (True, ""), "staged, hover": (True, "hover")}
+WAYS = {
+    "cold": (False, ""),
+    "cold, moved": (False, "moved"),
+    "cold, hover": (False, "hover"),
+    "staged": (True, ""),
+    "staged, hover": (True, "hover"),
+}
 
 
 class SlowNetwork:
