@@ -63,6 +63,17 @@ bool is_beside(std::string_view path, std::string_view machine)
 
 } // namespace
 
+StudentMachine student_machine(std::string_view entry, SiteAddresses const& addresses,
+                               AskedAddress const& asked)
+{
+    StudentMachine machine;
+    auto const path = addresses.path_below_us(entry, asked);
+    machine.entry = path.empty() ? std::string(entry) : concat(asked_name, path);
+    machine.reached_at = addresses.address_of(entry, asked);
+    machine.is_closed = addresses.is_closed(entry, path);
+    return machine;
+}
+
 std::string simulator_entry(std::string_view reported, StudentMachine const& machine)
 {
     auto const url = boost::urls::parse_uri(reported);

@@ -1,5 +1,7 @@
 #include "load_table.hpp"
 
+#include "core/text.hpp"
+
 #include <utility>
 
 namespace webots_cloud::core {
@@ -23,6 +25,29 @@ LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outc
     if (was_full && !is_full)
         return LoadTransition::available_again;
     return LoadTransition::none;
+}
+
+std::string line_of(LoadEvent const& event)
+{
+    auto const& server = event.server;
+    auto const load = concat(python_float(server.report.load), "%");
+    switch (event.transition) {
+    case LoadTransition::not_responding:
+        return concat(server.address,
+                      " simulation server is not responding (assuming 100% load): ", server.problem);
+    case LoadTransition::too_slow:
+        return concat(server.address,
+                      " simulation server is taking too long to respond (assuming 100% load)");
+    case LoadTransition::working_again:
+        return concat(server.address, " simulation server is up and running again (load = ", load, ")");
+    case LoadTransition::reached_maximum:
+        return concat(server.address, " simulation server has reached maximum load (", load, ")");
+    case LoadTransition::available_again:
+        return concat(server.address, " simulation server is available again (load = ", load, ")");
+    case LoadTransition::none:
+        break;
+    }
+    return {};
 }
 
 bool LoadTable::put(std::string_view address, std::optional<std::string_view> before)

@@ -18,6 +18,9 @@ namespace webots_cloud::core {
 LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outcome,
                         double threshold) noexcept;
 
+/// The line of the log about what an event has changed.
+std::string line_of(LoadEvent const& event);
+
 /// The one place where the outcomes of polls are kept: pages, totals and logs look at it.
 ///
 /// The Scheduler keeps the last report of each server, too: it compares the next one with it, when this table
