@@ -1,6 +1,8 @@
-// Decisions: core/classes/class_book.
+// Decisions: core/classes/class_book, core/classes/class_simulators.
 #include "class_endpoint.hpp"
 
+#include "core/access/site_access.hpp"
+#include "core/classes/class_simulators.hpp"
 #include "core/text.hpp"
 
 #include <set>
@@ -10,23 +12,28 @@ namespace webots_cloud {
 namespace asio = boost::asio;
 namespace limits = core::class_limits;
 
-ClassEndpoint::ClassEndpoint(LoadMonitor const& monitor, Scheduler& scheduler, Clock& clock, Logger log,
-                             ClassEndpointHooks hooks)
-    : monitor_(monitor), scheduler_(scheduler), clock_(clock), log_(std::move(log)), hooks_(std::move(hooks)),
-      book_(book_hooks())
-{}
+ClassEndpoint::ClassEndpoint(SiteContext const& site, ClassStager& stager)
+    : site_(site), stager_(stager), book_(book_hooks())
+{
+    apply();
+}
+
+void ClassEndpoint::apply()
+{
+    book_.set_password(site_.hooks.random_bytes ? site_.params.config.teacher_password : std::string());
+}
 
 core::ClassHooks ClassEndpoint::book_hooks()
 {
     core::ClassHooks hooks;
-    hooks.random = hooks_.random_bytes;
-    hooks.free_seats = [this] { return scheduler_.free_seats(clock_.now()); };
+    hooks.random = site_.hooks.random_bytes;
+    hooks.free_seats = [this] { return site_.scheduler.free_seats(site_.clock.now()); };
     hooks.machines = [this](core::ClassConnection teacher) { return machines_for(teacher); };
     hooks.network = [this](core::ClassConnection teacher) {
-        return hooks_.network ? hooks_.network(conversations_.at(teacher).asked) : core::ClassNetwork();
+        return network_of(conversations_.at(teacher).asked);
     };
     hooks.simulator_address = [this](std::string_view entry, core::ClassConnection teacher) {
-        return hooks_.simulator_address(entry, conversations_.at(teacher).asked);
+        return site_.addresses.address_of(entry, conversations_.at(teacher).asked);
     };
     hooks.tell_of_guesses = [this](std::string_view what, std::string_view quota_key) {
         warn_of_guesses(what, quota_key);
@@ -34,9 +41,16 @@ core::ClassHooks ClassEndpoint::book_hooks()
     return hooks;
 }
 
-void ClassEndpoint::set_password(std::string password)
+/// Only for those who have asked this machine by a name that it has for itself: others have a link for
+/// students, and need not know its networks.
+core::ClassNetwork ClassEndpoint::network_of(AskedAddress const& asked) const
 {
-    book_.set_password(hooks_.random_bytes ? std::move(password) : std::string());
+    core::ClassNetwork network;
+    if (!site_.hooks.shared_addresses || core::reach_of(asked.host) != core::Reach::this_machine)
+        return network;
+    network.addresses = site_.hooks.shared_addresses();
+    network.is_open = site_.params.address.host == core::asked_name;
+    return network;
 }
 
 /// Where a project can be fetched beforehand: servers of ours, which are those that count arrivals, but for
@@ -44,15 +58,15 @@ void ClassEndpoint::set_password(std::string password)
 std::vector<std::string> ClassEndpoint::machines_for(core::ClassConnection teacher) const
 {
     std::set<std::string_view> draining;
-    for (auto const& machine : scheduler_.machines(clock_.now()))
+    for (auto const& machine : site_.scheduler.machines(site_.clock.now()))
         if (machine.refusal == Refusal::draining)
             draining.insert(machine.address);
     std::vector<std::string> machines;
     auto const& asked = conversations_.at(teacher).asked;
-    for (auto const& server : monitor_.servers()) {
+    for (auto const& server : site_.monitor.servers()) {
         bool const is_ours = server.state == ServerState::up && server.report.arrivals.has_value();
         if (is_ours && !draining.contains(server.address) && machines.size() < limits::machines)
-            machines.push_back(hooks_.machine_address(server.address, asked));
+            machines.push_back(site_.machine_address(server.address, asked));
     }
     return machines;
 }
@@ -60,12 +74,12 @@ std::vector<std::string> ClassEndpoint::machines_for(core::ClassConnection teach
 void ClassEndpoint::warn_of_guesses(std::string_view what, std::string_view quota_key) const
 {
     if (quota_key.empty())
-        log_.warning(LogCause("class guesses"),
-                     core::concat("Too many wrong ", what, " were tried: all are refused for a while"));
+        site_.log.warning(LogCause("class guesses"),
+                          core::concat("Too many wrong ", what, " were tried: all are refused for a while"));
     else
-        log_.warning(LogCause("class guesses", quota_key),
-                     core::concat("Too many wrong ", what, " come from ", quota_key,
-                                  ", or from all clients together: they are refused for a while"));
+        site_.log.warning(LogCause("class guesses", quota_key),
+                          core::concat("Too many wrong ", what, " come from ", quota_key,
+                                       ", or from all clients together: they are refused for a while"));
 }
 
 asio::awaitable<void> ClassEndpoint::serve(ChannelInfo info, Channel& channel)
@@ -80,18 +94,18 @@ asio::awaitable<void> ClassEndpoint::serve(ChannelInfo info, Channel& channel)
         auto const message = co_await channel.receive();
         if (!message)
             break;
-        book_.take(id, *message, clock_.now());
+        book_.take(id, *message, site_.clock.now());
         carry_out();
     }
     conversations_.erase(id);
-    book_.disconnect(id, clock_.now());
+    book_.disconnect(id, site_.clock.now());
     carry_out();
 }
 
 void ClassEndpoint::update()
 {
-    book_.expire(clock_.now());
-    book_.note_ready(hooks_.stage(book_.staging_wishes()));
+    book_.expire(site_.clock.now());
+    book_.note_ready(stager_.update(book_.staging_wishes()));
     carry_out();
 }
 
@@ -110,11 +124,22 @@ core::SeatRequest ClassEndpoint::ask_for_seat(std::string_view token, TimePoint 
     return seat;
 }
 
-void ClassEndpoint::take_seat(std::string_view token, core::SeatRequest seat, core::StudentMachine machine,
-                              TimePoint now)
+void ClassEndpoint::take_seat(std::string_view token, core::SeatRequest seat, std::string_view entry,
+                              AskedAddress const& asked, TimePoint now)
 {
-    book_.take_seat(token, seat, std::move(machine), now);
+    book_.take_seat(token, seat, core::student_machine(entry, site_.addresses, asked), now);
     carry_out();
+}
+
+void ClassEndpoint::write_metrics(core::MetricsText& text) const
+{
+    auto const figures = book_.figures();
+    text.family(core::metric("classes")).add(static_cast<double>(figures.classes));
+    text.family(core::metric("class_students")).add(static_cast<double>(figures.students));
+    text.family(core::metric("class_seats_held")).add(static_cast<double>(figures.seats_held));
+    text.family(core::metric("class_pictures_total"))
+        .add(static_cast<double>(relayed_), {{"result", "relayed"}})
+        .add(static_cast<double>(dropped_), {{"result", "dropped"}});
 }
 
 void ClassEndpoint::carry_out()
@@ -122,7 +147,7 @@ void ClassEndpoint::carry_out()
     for (auto& output : book_.take_output())
         if (auto const found = conversations_.find(output.to); found != conversations_.end())
             send(found->second, std::move(output));
-    scheduler_.hold(book_.seats_to_hold());
+    site_.scheduler.hold(book_.seats_to_hold());
 }
 
 /// A channel whose queue is full drops itself: its browser returns with its key or token.

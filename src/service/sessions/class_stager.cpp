@@ -42,8 +42,8 @@ asio::awaitable<result<>> ClassStager::run()
 std::vector<core::StagingMachine> ClassStager::machines() const
 {
     std::vector<core::StagingMachine> machines;
-    for (auto const& machine : fleet_.machines()) {
-        auto const* const server = monitor_.find(machine.spec.address);
+    for (auto const& machine : site_.fleet.machines()) {
+        auto const* const server = site_.monitor.find(machine.spec.address);
         if (!server || server->state != ServerState::up || machine.is_draining())
             continue;
         auto const& report = server->report;
@@ -55,40 +55,38 @@ std::vector<core::StagingMachine> ClassStager::machines() const
     return machines;
 }
 
-std::vector<int> ClassStager::update(std::vector<core::StagingWish> classes, bool tls)
+std::vector<int> ClassStager::update(std::vector<core::StagingWish> classes)
 {
-    if (!tasks_ || !hooks_.websockets || (classes.empty() && links_.empty()))
+    if (!tasks_ || !site_.hooks.websockets || (classes.empty() && links_.empty()))
         return {};
-    staging_.update(classes, machines(), clock_.now());
-    for (auto const& machine : fleet_.machines())
+    staging_.update(classes, machines(), site_.clock.now());
+    for (auto const& machine : site_.fleet.machines())
         if (!staging_.wishes_for(machine.spec.address).empty())
             links_.try_emplace(machine.spec.address);
     for (auto& [machine, link] : links_)
-        speak(machine, link, tls);
+        speak(machine, link);
     std::erase_if(links_, [this](auto const& entry) {
         return !entry.second.is_open && staging_.wishes_for(entry.first).empty();
     });
     return staging_.ready();
 }
 
-void ClassStager::speak(std::string const& machine, Link& link, bool tls)
+void ClassStager::speak(std::string const& machine, Link& link)
 {
     auto wishes = staging_.wishes_for(machine);
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
     if (wishes.empty() && link.channel)
         return link.channel->close(); // what is ready there is given back
     // Also when nothing has changed, from time to time: the machine forgets those who say nothing.
     if (link.channel && (wishes != link.said || now - link.said_at >= say_again))
         return say(link, std::move(wishes));
-    auto const* const server = fleet_.find(machine);
+    auto const* const server = site_.fleet.find(machine);
     if (wishes.empty() || link.is_open || !server || now < link.next_try)
         return;
-    std::string path = "/client";
-    if (hooks_.make_ticket)
-        path = concat("/ticket/", hooks_.make_ticket(machine), path);
     // `update` may come again before the task begins, and must not connect twice or forget the link.
     link.is_open = true;
-    auto request = machine_websocket(server->spec, tls, path);
+    auto request = machine_websocket(server->spec, site_.params.address.ssl,
+                                     concat(site_.ticket_path(machine), "/client"));
     bool const has_name = !machine.starts_with(core::asked_name) && !server->spec.has_own_path;
     if (!request.address.empty() && has_name)
         request.headers.emplace_back("Host", authority_of_entry(machine));
@@ -99,7 +97,7 @@ void ClassStager::say(Link& link, std::vector<core::StagingWish> wishes)
 {
     (void)link.channel->send(core::stage_message(wishes));
     link.said = std::move(wishes);
-    link.said_at = clock_.now();
+    link.said_at = site_.clock.now();
 }
 
 /// A connection, until it ends.
@@ -110,12 +108,12 @@ asio::awaitable<void> ClassStager::keep(std::string machine, WebSocketRequest re
     auto& link = links_.at(machine);
     bool const cancelled = co_await async::is_cancelled();
     if (!cancelled && !staging_.wishes_for(machine).empty())
-        log_.warning(LogCause("class staging", machine),
-                     concat(machine, " has nothing ready for classes at the moment: ", problem));
+        site_.log.warning(LogCause("class staging", machine),
+                          concat(machine, " has nothing ready for classes at the moment: ", problem));
     link.channel.reset();
     link.is_open = false;
     link.said.clear();
-    link.next_try = clock_.now() + next_staging_try;
+    link.next_try = site_.clock.now() + next_staging_try;
     staging_.lost(machine);
 }
 
@@ -123,7 +121,7 @@ asio::awaitable<void> ClassStager::keep(std::string machine, WebSocketRequest re
 asio::awaitable<std::string> ClassStager::converse(std::string machine, WebSocketRequest request)
 {
     auto& link = links_.at(machine);
-    auto opened = co_await hooks_.websockets->connect(std::move(request));
+    auto opened = co_await site_.hooks.websockets->connect(std::move(request));
     if (!opened)
         co_return opened.error().message();
     link.channel = std::move(*opened);
@@ -132,8 +130,8 @@ asio::awaitable<std::string> ClassStager::converse(std::string machine, WebSocke
     else
         link.channel->close();
     for (;;) {
-        auto const deadline = clock_.now() + longest_answer;
-        auto const text = co_await async::with_deadline(clock_, deadline, link.channel->receive());
+        auto const deadline = site_.clock.now() + longest_answer;
+        auto const text = co_await async::with_deadline(site_.clock, deadline, link.channel->receive());
         if (!text)
             co_return text.error().message();
         auto const figures = core::parse_staged_message(*text);

@@ -39,22 +39,21 @@ constexpr std::uint16_t try_again_later = 1013; // as in the registry of RFC 645
 
 } // namespace
 
-ClientRelay::ClientRelay(ClientRelayParams params, Fleet const& fleet, LoadMonitor& monitor,
-                         Scheduler& scheduler, Clock& clock, Logger log, ClientRelayHooks hooks)
-    : params_(params), fleet_(fleet), monitor_(monitor), scheduler_(scheduler), clock_(clock),
-      log_(std::move(log)), hooks_(std::move(hooks)), silent_(max_silent, max_silent_per_client),
-      waits_({1, 5, 15, 60, 300, 900, 3600}), began_(clock.now())
+ClientRelay::ClientRelay(SiteContext const& site, ClassEndpoint& classes, SessionEndpoint& sessions,
+                         SiteAvailability& availability)
+    : site_(site), classes_(classes), sessions_(sessions), availability_(availability),
+      silent_(max_silent, max_silent_per_client), waits_({1, 5, 15, 60, 300, 900, 3600}),
+      began_(site.clock.now())
 {
-    apply(params_);
+    apply();
 }
 
 ClientRelay::~ClientRelay() = default;
 
-void ClientRelay::apply(ClientRelayParams params)
+void ClientRelay::apply()
 {
-    params_ = params;
     core::WaitingRoomParams room;
-    room.places = params.waiting_places;
+    room.places = static_cast<std::size_t>(site_.params.config.waiting_room);
     room_.apply(room);
 }
 
@@ -71,11 +70,6 @@ void ClientRelay::remove(FleetMachine const& machine)
     questions_.forget(entry);
 }
 
-bool ClientRelay::takes_more(TimePoint now) const
-{
-    return params_.waiting_places > 0 ? !room_.is_full() : scheduler_.available(now);
-}
-
 /// Not a coroutine itself, as its frame would cost memory for every browser that waits.
 asio::awaitable<void> ClientRelay::serve(ChannelInfo info, Channel& channel)
 {
@@ -83,7 +77,7 @@ asio::awaitable<void> ClientRelay::serve(ChannelInfo info, Channel& channel)
     auto& browser = browsers_.try_emplace(id, id, channel).first->second;
     browser.asked = std::move(info.asked);
     browser.client = std::move(info.client);
-    browser.waits_since = clock_.now();
+    browser.waits_since = site_.clock.now();
     if (auto const oldest = silent_.enter(id, info.quota_key))
         refuse(browsers_.at(*oldest), core::Refused::too_many_silent);
     if (silent_.size() == 1 && line_changed_)
@@ -159,22 +153,22 @@ void ClientRelay::take_first(Browser& browser, std::string text, std::string con
 /// A browser asks for a simulation.
 void ClientRelay::begin(Browser& browser, std::string text, std::string const& quota_key)
 {
-    if (hooks_.may_ask && !hooks_.may_ask(quota_key))
+    if (!sessions_.may_ask(quota_key, site_.clock.now()))
         return refuse(browser, core::Refused::too_many_starts);
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
     browser.request = std::move(text);
     ask_for_seat(browser);
     if (browser.seat == core::SeatRequest::too_often)
         return refuse(browser, core::Refused::too_many_starts);
     browser.group = group_of(browser, quota_key);
     browser.waits_since = now;
-    browser.rank = clock_.wall();
+    browser.rank = site_.clock.wall();
     // After group and rank, which a good ticket replaces by those that the browser had before.
     claim_ticket(browser);
     auto request = request_of(browser, now);
     browser.world = world_key(request.world, request.mode).world;
     // Those who wait are passed only where all of them wait for more room than this one is known to need.
-    bool const may_go = params_.waiting_places == 0 || !is_settling(now);
+    bool const may_go = room_.params().places == 0 || !is_settling(now);
     bool const passes_others = room_.size() == want_room_ && !is_known_to_be_too_large(browser, now);
     if (browser.seat != core::SeatRequest::held && !(may_go && passes_others))
         return line_up(browser, now);
@@ -191,9 +185,8 @@ void ClientRelay::begin(Browser& browser, std::string text, std::string const& q
 /// What a student may have; it changes while one waits, as others of the class come and go.
 void ClientRelay::ask_for_seat(Browser& browser)
 {
-    auto const& student = browser.options.student;
-    if (!student.empty() && hooks_.ask_for_seat)
-        browser.seat = hooks_.ask_for_seat(student);
+    if (auto const& student = browser.options.student; !student.empty())
+        browser.seat = classes_.ask_for_seat(student, site_.clock.now());
 }
 
 void ClientRelay::serve_now(Browser& browser, PlacementRequest const& request, TimePoint now)
@@ -206,7 +199,7 @@ void ClientRelay::serve_now(Browser& browser, PlacementRequest const& request, T
 
 void ClientRelay::line_up(Browser& browser, TimePoint now)
 {
-    if (params_.waiting_places == 0)
+    if (room_.params().places == 0)
         return refuse(browser, core::Refused::no_machine_to_relay);
     if (browser.request.size() > short_request && kept_ + browser.request.size() > max_kept)
         return refuse(browser, core::Refused::no_machine_to_relay);
@@ -220,12 +213,12 @@ void ClientRelay::come_back(Browser& browser, std::string_view text, std::string
     auto const token = core::parse_relayed_token(text);
     bool const is_known = token && machines_.contains(token->entry);
     // The machine may not have been found yet since our start: the browser is to come again, not to give up.
-    if (token && !is_known && params_.finds_machines && clock_.now() - began_ < all_found)
+    if (token && !is_known && site_.params.finds_machines && site_.clock.now() - began_ < all_found)
         return browser.channel.close(relay::service_restart);
     browser.options.wants_reasons = true; // whoever has a token knows what we add
     if (!is_known)
         return refuse(browser, core::Refused::has_ended);
-    if (hooks_.may_ask && !hooks_.may_ask(quota_key))
+    if (!sessions_.may_ask(quota_key, site_.clock.now()))
         return browser.channel.close(try_again_later);
     browser.options.can_return = true;
     browser.options.wants_heartbeat = true;
@@ -243,7 +236,7 @@ asio::awaitable<void> ClientRelay::leave(Browser& browser, Failure const& why)
     (void)silent_.leave(browser.id);
     given_up_ += leave_line(browser) ? 1 : 0;
     if (browser.ticket)
-        tickets_.leave(*browser.ticket, browser.id, clock_.wall());
+        tickets_.leave(*browser.ticket, browser.id, site_.clock.wall());
     if (!browser.ride)
         co_return;
     auto& ride = *browser.ride;
@@ -259,7 +252,7 @@ asio::awaitable<void> ClientRelay::leave(Browser& browser, Failure const& why)
 
 void ClientRelay::update()
 {
-    give_out_seats(clock_.now());
+    give_out_seats(site_.clock.now());
 }
 
 void ClientRelay::stop()
@@ -269,23 +262,39 @@ void ClientRelay::stop()
         browser.channel.close(relay::service_restart);
 }
 
-ClientRelay::Figures ClientRelay::figures() const
+core::WaitingFigures ClientRelay::figures() const
 {
-    Figures figures;
+    core::WaitingFigures figures;
     figures.waiting = room_.size();
     figures.relayed = relayed_;
-    figures.given_up = given_up_;
-    figures.refused = refused_;
-    figures.questions = questions_asked_;
-    figures.attempts = attempts_;
     constexpr std::size_t first = 100; // those behind them have come later, but for some minutes
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
+    core::WaitCounts reasons{};
     for (std::size_t ahead = 0; ahead < std::min(first, room_.size()); ++ahead) {
         auto const& browser = browser_at(ahead);
-        figures.longest_wait = std::max(figures.longest_wait, now - browser.waits_since);
-        ++figures.reasons[static_cast<std::size_t>(browser.told_why)];
+        figures.longest = std::max(figures.longest, now - browser.waits_since);
+        ++reasons[static_cast<std::size_t>(browser.told_why)];
     }
+    for (auto const why : core::all_wait_reasons)
+        if (auto const count = reasons[static_cast<std::size_t>(why)]; count > 0)
+            figures.reasons.emplace_back(core::word_of(why), count);
     return figures;
+}
+
+void ClientRelay::write_metrics(core::MetricsText& text) const
+{
+    text.family(core::metric("waiting")).add(static_cast<double>(room_.size()));
+    text.family(core::metric("waiting_max")).add(static_cast<double>(room_.params().places));
+    text.family(core::metric("waiting_longest_seconds"))
+        .add(std::chrono::duration<double>(figures().longest).count());
+    text.family(core::metric("waiting_seconds")).add(waits_);
+    text.family(core::metric("waiting_given_up_total")).add(static_cast<double>(given_up_));
+    text.family(core::metric("waiting_refused_total")).add(static_cast<double>(refused_));
+    text.family(core::metric("relayed")).add(static_cast<double>(relayed_));
+    text.family(core::metric("relay_questions_total")).add(static_cast<double>(questions_asked_));
+    text.family(core::metric("relay_attempts_total"));
+    for (auto const& [outcome, count] : attempts_)
+        text.add(static_cast<double>(count), {{"result", outcome}});
 }
 
 } // namespace webots_cloud

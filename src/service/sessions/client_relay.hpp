@@ -3,11 +3,11 @@
 #pragma once
 
 #include "async/task_group.hpp"
+#include "class_endpoint.hpp"
 #include "core/access/quota_counts.hpp"
 #include "core/access/silent_clients.hpp"
-#include "core/access/tickets.hpp"
-#include "core/classes/class_book.hpp"
-#include "core/pages/histogram.hpp"
+#include "core/pages/metrics_text.hpp"
+#include "core/pages/session_board.hpp"
 #include "core/refusals.hpp"
 #include "core/relay/machine_conversation.hpp"
 #include "core/relay/machine_faults.hpp"
@@ -17,20 +17,17 @@
 #include "core/waiting/waiting_messages.hpp"
 #include "core/waiting/waiting_room.hpp"
 #include "core/waiting/waiting_ticket.hpp"
+#include "session_endpoint.hpp"
+#include "site_availability.hpp"
+#include "site_context.hpp"
 
-#include <webots_cloud/fleet.hpp>
-#include <webots_cloud/load_monitor.hpp>
-#include <webots_cloud/scheduler.hpp>
-#include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
-#include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/websocket_client.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -42,46 +39,6 @@
 
 namespace webots_cloud {
 
-struct ClientRelayParams
-{
-    ClientRelayParams() = default;
-
-    bool tls = false;               ///< Machines without an internal address are reached by `wss://`.
-    std::size_t waiting_places = 0; ///< 0: nobody waits.
-    bool finds_machines = false;    ///< Not all of them are known at the start.
-};
-
-/// None of them may block.
-struct ClientRelayHooks
-{
-    ClientRelayHooks() = default;
-
-    WebSocketClient* websockets = nullptr; ///< Null: nothing is relayed.
-    /// As in SessionServiceHooks; empty: machines want no tickets.
-    std::function<std::string(std::string_view server)> make_ticket;
-    /// Signs the tickets of those who wait; empty: nobody gets one.
-    core::Mac waiting_mac;
-    std::function<std::string(std::size_t size)> random_bytes;
-    /// Whether a client may ask for a simulation once more.
-    std::function<bool(std::string_view quota_key)> may_ask;
-    /// Somebody was placed, or was not.
-    std::function<void(bool placed)> note_placement;
-    /// What a student of a class gets.
-    std::function<core::SeatRequest(std::string_view student)> ask_for_seat;
-    /// A student was sent to that machine, by a browser that has asked us so.
-    std::function<void(std::string_view student, core::SeatRequest seat, std::string_view entry,
-                       AskedAddress const& asked)>
-        take_seat;
-    /// Where a browser that has asked us so reaches a machine that is below this server; empty: others.
-    std::function<std::string(std::string_view entry, AskedAddress const& asked)> public_address;
-    /// What the site were if nobody waited.
-    std::function<core::SiteState()> supply;
-    /// Somebody has come to the line, or left it.
-    std::function<void()> note_line;
-    /// What students of one class have in common; empty: there is no such student.
-    std::function<std::string(std::string_view student)> class_of;
-};
-
 /// Serves browsers, and gives seats to those who wait.
 ///
 /// Lifetime: everything passed by reference must outlive it, and the browsers must have left.
@@ -89,19 +46,15 @@ struct ClientRelayHooks
 class ClientRelay final : public FleetObserver
 {
 public:
-    ClientRelay(ClientRelayParams params, Fleet const& fleet, LoadMonitor& monitor, Scheduler& scheduler,
-                Clock& clock, Logger log, ClientRelayHooks hooks);
+    ClientRelay(SiteContext const& site, ClassEndpoint& classes, SessionEndpoint& sessions,
+                SiteAvailability& availability);
     ~ClientRelay() override;
 
-    void apply(ClientRelayParams params);
+    /// The site's parameters are others.
+    void apply();
     void put(FleetMachine const& machine, FleetMachine const* was,
              std::optional<std::string_view> before) override;
     void remove(FleetMachine const& machine) override;
-
-    std::size_t waiting() const noexcept { return room_.size(); }
-
-    /// Whether a browser that comes now is served or may wait.
-    bool takes_more(TimePoint now) const;
 
     boost::asio::awaitable<void> serve(ChannelInfo info, Channel& channel);
 
@@ -119,24 +72,11 @@ public:
     /// The server is being stopped: simulations outlive it for their grace.
     void stop();
 
-    struct Figures
-    {
-        Figures() = default;
+    core::WaitingFigures figures() const;
+    void write_metrics(core::MetricsText& text) const;
 
-        std::size_t waiting = 0;
-        Duration longest_wait{};
-        core::WaitCounts reasons{}; ///< Why the first of them wait.
-        std::size_t relayed = 0;    ///< Browsers with a machine, or on their way to one.
-        std::uint64_t given_up = 0;
-        std::uint64_t refused = 0;
-        std::uint64_t questions = 0;                        ///< To machines, before somebody was placed.
-        std::map<std::string_view, std::uint64_t> attempts; ///< At machines, by how they ended.
-    };
-
-    Figures figures() const;
     /// As in MachineFaults.
     std::string_view last_refusal(std::string_view entry) const { return faults_.last_refusal(entry); }
-    core::Histogram const& waits() const noexcept { return waits_; } ///< Seconds, of those who got a seat.
 
 private:
     using Id = core::WaitingRoom::Id;
@@ -214,13 +154,10 @@ private:
     void note_refusal(Browser& browser, core::MachineRefusal refusal);
     Next try_again(Browser& browser);
 
-    ClientRelayParams params_;
-    Fleet const& fleet_;
-    LoadMonitor& monitor_;
-    Scheduler& scheduler_;
-    Clock& clock_;
-    Logger log_;
-    ClientRelayHooks hooks_;
+    SiteContext const& site_;
+    ClassEndpoint& classes_;
+    SessionEndpoint& sessions_;
+    SiteAvailability& availability_;
     std::map<std::string, Machine, std::less<>> machines_; ///< By entry.
     core::MachineFaults faults_;
     core::MachineQuestions questions_;
@@ -228,7 +165,7 @@ private:
     core::WaitingRoom room_;
     core::WaitEstimate estimate_;
     core::WaitingTickets tickets_;
-    core::Histogram waits_;
+    core::Histogram waits_; ///< Seconds, of those who got a seat.
     std::unordered_map<Id, Browser> browsers_;
     core::QuotaCounts held_; ///< Seats, by group.
     std::optional<async::TaskGroup> tasks_;
@@ -246,11 +183,11 @@ private:
     TimePoint looked_{}; ///< or might have been told something else.
     bool has_changed_ = false;
     Id last_id_ = 0;
-    std::size_t relayed_ = 0;
+    std::size_t relayed_ = 0; ///< Browsers with a machine, or on their way to one.
     std::uint64_t given_up_ = 0;
     std::uint64_t refused_ = 0;
-    std::uint64_t questions_asked_ = 0;
-    std::map<std::string_view, std::uint64_t> attempts_;
+    std::uint64_t questions_asked_ = 0;                  ///< To machines, before somebody was placed.
+    std::map<std::string_view, std::uint64_t> attempts_; ///< At machines, by how they ended.
     bool is_stopping_ = false;
 };
 

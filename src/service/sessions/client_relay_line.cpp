@@ -72,10 +72,11 @@ bool ClientRelay::is_settling(TimePoint now) const
 std::string ClientRelay::group_of(Browser const& browser, std::string const& quota_key) const
 {
     auto key = quota_key;
-    if (auto const& student = browser.options.student; !student.empty() && hooks_.class_of)
-        if (auto const of_class = hooks_.class_of(student); !of_class.empty())
+    if (auto const& student = browser.options.student; !student.empty())
+        if (auto const of_class = classes_.class_of(student); !of_class.empty())
             key = concat("class ", of_class);
-    return hooks_.waiting_mac ? core::waiting_group(hooks_.waiting_mac, key) : key;
+    auto const& mac = site_.hooks.sign_waiting_ticket;
+    return mac ? core::waiting_group(mac, key) : key;
 }
 
 /// The browser with that many ahead of it in the line.
@@ -96,12 +97,12 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     } else {
         // Those of the group who have left and may come back count as well: otherwise leaving would be a way
         // to collect places.
-        auto const away = tickets_.away(browser.group, clock_.wall());
+        auto const away = tickets_.away(browser.group, site_.clock.wall());
         verdict = room_.enter(browser, held_.of(browser.group) + away);
     }
     if (verdict != Verdict::waits) {
         ++refused_;
-        hooks_.note_placement(false);
+        sessions_.note_placement(false, now);
         refuse(browser,
                verdict == Verdict::full ? core::Refused::no_machine_to_relay : core::Refused::too_many_wait);
         return false;
@@ -112,7 +113,7 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     note_supply();
     tell_place(browser, room_.ahead_of(browser), now);
     note_change();
-    hooks_.note_line();
+    availability_.note_line(room_.size());
     return true;
 }
 
@@ -125,7 +126,7 @@ bool ClientRelay::leave_line(Browser& browser)
     kept_ -= browser.request.size();
     students_ -= browser.options.student.empty() ? 0 : 1;
     note_change();
-    hooks_.note_line();
+    availability_.note_line(room_.size());
     return true;
 }
 
@@ -149,7 +150,7 @@ bool ClientRelay::may_be_taken(Browser const& browser, TimePoint now) const
     auto const* const refusals = browser.refusals.get();
     return !refusals || std::any_of(machines_.begin(), machines_.end(), [&](auto const& machine) {
         auto const& entry = machine.first;
-        return takes_sessions_later(scheduler_.refusal_of(entry, now, refusals->needs)) &&
+        return takes_sessions_later(site_.scheduler.refusal_of(entry, now, refusals->needs)) &&
                !refusals->is_by(entry);
     });
 }
@@ -170,7 +171,7 @@ void ClientRelay::tell_refusal(Browser& browser)
 /// waited.
 bool ClientRelay::must_fit(Browser const& browser, TimePoint now) const noexcept
 {
-    return params_.waiting_places > 0 && !browser.came_back &&
+    return room_.params().places > 0 && !browser.came_back &&
            now < browser.waits_since + relay::longest_wait_for_room;
 }
 
@@ -211,10 +212,11 @@ std::optional<core::WaitRange> ClientRelay::expected_wait(Browser const& browser
 void ClientRelay::claim_ticket(Browser& browser)
 {
     auto const text = std::exchange(browser.options.waiting_ticket, {});
-    if (!hooks_.waiting_mac || text.empty())
+    if (!site_.hooks.sign_waiting_ticket || text.empty())
         return;
-    auto const wall = clock_.wall();
-    auto const ticket = core::read_waiting_ticket(hooks_.waiting_mac, text, wall, room_.params().max_penalty);
+    auto const wall = site_.clock.wall();
+    auto const ticket =
+        core::read_waiting_ticket(site_.hooks.sign_waiting_ticket, text, wall, room_.params().max_penalty);
     if (!ticket || !tickets_.is_usable(ticket->id, wall))
         return;
     // The connection that has the place may not know yet that it is lost.
@@ -232,24 +234,24 @@ void ClientRelay::claim_ticket(Browser& browser)
 /// Tickets are made anew from time to time, since each is good for a while only.
 void ClientRelay::give_ticket(Browser& browser, TimePoint now)
 {
-    if (!hooks_.waiting_mac || now < browser.next_ticket)
+    if (!site_.hooks.sign_waiting_ticket || now < browser.next_ticket)
         return;
     browser.next_ticket = now + core::waiting_ticket_interval;
     if (!browser.ticket) {
         auto& id = browser.ticket.emplace();
-        hooks_.random_bytes(id.size()).copy(id.data(), id.size());
+        site_.hooks.random_bytes(id.size()).copy(id.data(), id.size());
         (void)tickets_.enter(id, browser.group, browser.id);
     }
-    core::WaitingTicket const ticket{*browser.ticket, browser.group, browser.rank, clock_.wall()};
+    core::WaitingTicket const ticket{*browser.ticket, browser.group, browser.rank, site_.clock.wall()};
     (void)browser.channel.send(
-        core::waiting_ticket_message(core::make_waiting_ticket(hooks_.waiting_mac, ticket)));
+        core::waiting_ticket_message(core::make_waiting_ticket(site_.hooks.sign_waiting_ticket, ticket)));
 }
 
 /// First come, first served, but for those who need what no free machine has, or more room than it has left:
 /// others pass them, but nobody who wants the same.
 void ClientRelay::give_out_seats(TimePoint now)
 {
-    bool is_for_all = scheduler_.available(now); // else what is free is held for students
+    bool is_for_all = site_.scheduler.available(now); // else what is free is held for students
     if (room_.size() == 0 || is_stopping_ || now - began_ < all_return || !(is_for_all || students_ > 0))
         return;
     std::erase_if(too_large_, [now](auto const& tried) { return now >= tried.second; });
@@ -341,7 +343,7 @@ asio::awaitable<result<>> ClientRelay::run()
         auto const waited = co_await wait_for_work();
         if (!waited)
             co_return waited;
-        auto const now = clock_.now();
+        auto const now = site_.clock.now();
         drop_silent(now);
         look_for_freed_seats(now);
         give_out_seats(now);
@@ -352,7 +354,7 @@ asio::awaitable<result<>> ClientRelay::run()
 /// What keeps everybody waiting may be something else now.
 void ClientRelay::note_supply()
 {
-    auto const supply = hooks_.supply();
+    auto const supply = availability_.supply(site_.clock.now());
     has_changed_ = has_changed_ || supply != supply_;
     supply_ = supply;
 }
@@ -368,15 +370,15 @@ void ClientRelay::note_change()
 /// who have said nothing yet.
 asio::awaitable<result<>> ClientRelay::wait_for_work()
 {
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
     bool const is_line = room_.size() > 0;
     auto const silent = silent_.first();
     if (!is_line && !silent) // nobody is to be looked after
         co_return co_await line_changed_->wait();
     if (is_line && has_changed_ && now - told_ < between_tellings)
-        co_return co_await clock_.wait_until(now + look_at_line);
+        co_return co_await site_.clock.wait_until(now + look_at_line);
     auto const until = is_line ? now + look_at_line : end_of_silence(*silent);
-    auto changed = co_await async::with_deadline(clock_, until, line_changed_->wait());
+    auto changed = co_await async::with_deadline(site_.clock, until, line_changed_->wait());
     if (!changed && changed.error() == errc::timed_out)
         co_return result<>();
     co_return changed;
@@ -392,7 +394,7 @@ void ClientRelay::look_for_freed_seats(TimePoint now)
     std::size_t polls = 0;
     auto const poll = [&](auto& entry) {
         entry.second.polled = now;
-        monitor_.poll_now(entry.first);
+        site_.monitor.poll_now(entry.first);
         ++polls;
     };
     for (auto& entry : machines_)
@@ -413,7 +415,7 @@ void ClientRelay::look_for_freed_seats(TimePoint now)
 /// Those whose place has changed, and those who have heard nothing for a while.
 asio::awaitable<void> ClientRelay::tell_places()
 {
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
     note_supply();
     if (now - (has_changed_ ? told_ : looked_) < between_tellings)
         co_return;
@@ -423,7 +425,7 @@ asio::awaitable<void> ClientRelay::tell_places()
     for (std::size_t first = 0; first < room_.size(); first += told_at_once) {
         tell_part(first, std::min(first + told_at_once, room_.size()), now);
         // The event loop has its turn between two parts.
-        (void)co_await clock_.wait_until(clock_.now());
+        (void)co_await site_.clock.wait_until(site_.clock.now());
     }
 }
 

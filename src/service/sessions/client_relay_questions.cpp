@@ -20,7 +20,7 @@ std::vector<std::string> ClientRelay::ask_machines(Browser const& browser, Place
 {
     using Verdict = core::MachineQuestions::Verdict;
     std::vector<std::string> asked;
-    for (auto const entry : scheduler_.worth_asking(request, now)) {
+    for (auto const entry : site_.scheduler.worth_asking(request, now)) {
         auto const verdict = questions_.ask(entry, browser.id, now);
         if (verdict == Verdict::pass)
             continue;
@@ -28,7 +28,7 @@ std::vector<std::string> ClientRelay::ask_machines(Browser const& browser, Place
         if (verdict == Verdict::wait)
             continue;
         ++questions_asked_;
-        monitor_.poll_now(entry);
+        site_.monitor.poll_now(entry);
     }
     return asked;
 }
@@ -46,12 +46,12 @@ asio::awaitable<void> ClientRelay::serve_when_answered(Browser& browser, std::ve
                                                        TimePoint since)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    auto const latest = clock_.now() + core::MachineQuestions::patience;
+    auto const latest = site_.clock.now() + core::MachineQuestions::patience;
     bool const have_answered = co_await hear_answers(browser, asked, latest);
     if (have_answered) {
-        auto request = request_of(browser, clock_.now());
+        auto request = request_of(browser, site_.clock.now());
         request.current_since = since;
-        asked = ask_machines(browser, request, clock_.now());
+        asked = ask_machines(browser, request, site_.clock.now());
         (void)co_await hear_answers(browser, asked, latest);
     }
     bool const cancelled = co_await async::is_cancelled();
@@ -62,7 +62,7 @@ asio::awaitable<void> ClientRelay::serve_when_answered(Browser& browser, std::ve
         co_return;
     }
     browser.ride.reset(); // this task's own
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
     auto request = request_of(browser, now);
     request.current_since = since;
     serve_now(browser, request, now);
@@ -74,12 +74,12 @@ asio::awaitable<bool> ClientRelay::hear_answers(Browser& browser, std::vector<st
 {
     auto const is_open = [this](std::string const& entry) { return questions_.is_open(entry); };
     while (std::any_of(asked.begin(), asked.end(), is_open)) {
-        auto const heard = co_await async::with_deadline(clock_, latest, browser.ride->changed.wait());
+        auto const heard = co_await async::with_deadline(site_.clock, latest, browser.ride->changed.wait());
         if (heard)
             continue;
         if (heard.error() == errc::timed_out)
             for (auto const& entry : asked)
-                questions_.give_up(entry, clock_.now());
+                questions_.give_up(entry, site_.clock.now());
         co_return false;
     }
     co_return true;

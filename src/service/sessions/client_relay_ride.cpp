@@ -90,7 +90,7 @@ result<> ClientRelay::try_to_place(Browser& browser, PlacementRequest const& req
     ride.placement = *placement;
     ride.is_placed = ride.is_unclaimed = true;
     if (browser.seat != core::SeatRequest::unknown)
-        hooks_.take_seat(browser.options.student, browser.seat, ride.entry, browser.asked);
+        classes_.take_seat(browser.options.student, browser.seat, ride.entry, browser.asked, now);
     return {};
 }
 
@@ -103,7 +103,7 @@ PlacementRequest ClientRelay::request_of(Browser const& browser, TimePoint now) 
     if (auto const* start = std::get_if<core::StartMessage>(&asked))
         request.mode = start->mode;
     request.held = browser.seat == core::SeatRequest::held;
-    request.only_free = params_.waiting_places > 0;
+    request.only_free = room_.params().places > 0;
     request.must_fit = must_fit(browser, now);
     request.excluded = faults_.silent(now);
     if (auto const* refusals = browser.refusals.get()) {
@@ -120,13 +120,13 @@ result<Placement> ClientRelay::find_machine(PlacementRequest const& request, Tim
 {
     auto const for_last = faults_.unwilling();
     if (for_last.empty())
-        return scheduler_.place(request, now);
+        return site_.scheduler.place(request, now);
     // Machines that refuse come last, but they do come: projects of strangers can bring that about.
     auto first = request;
     first.excluded.insert(first.excluded.end(), for_last.begin(), for_last.end());
-    if (auto placement = scheduler_.place(first, now))
+    if (auto placement = site_.scheduler.place(first, now))
         return placement;
-    return scheduler_.place(request, now);
+    return site_.scheduler.place(request, now);
 }
 
 void ClientRelay::start_carrying(Browser& browser)
@@ -134,9 +134,9 @@ void ClientRelay::start_carrying(Browser& browser)
     ++relayed_;
     held_.add(browser.group);
     if (browser.ride->is_placed)
-        hooks_.note_placement(true);
+        sessions_.note_placement(true, site_.clock.now());
     if (browser.ticket)
-        tickets_.serve(*std::exchange(browser.ticket, std::nullopt), browser.id, clock_.wall());
+        tickets_.serve(*std::exchange(browser.ticket, std::nullopt), browser.id, site_.clock.wall());
     browser.next_ticket = TimePoint::min();
     browser.was_seated = true;
     browser.ride->task = tasks_->spawn(carry(browser));
@@ -154,11 +154,11 @@ asio::awaitable<void> ClientRelay::carry(Browser& browser)
     held_.remove(browser.group);
     // There may be a free place now, of which those who wait are to know soon (`look_for_freed_seats`).
     if (auto const machine = machines_.find(ride.entry); machine != machines_.end())
-        machine->second.freed = clock_.now();
+        machine->second.freed = site_.clock.now();
     if (goes_back && !browser.has_left) {
         browser.ride.reset(); // this task's own; the browser may get another one at once
-        if (wait_in_line(browser, clock_.now()))
-            give_out_seats(clock_.now());
+        if (wait_in_line(browser, site_.clock.now()))
+            give_out_seats(site_.clock.now());
         co_return;
     }
     ride.task.reset();
@@ -196,13 +196,13 @@ void ClientRelay::give_back(Ride& ride)
         return;
     auto placement = ride.placement;
     placement.address = ride.entry; // the scheduler may have forgotten the server by now, and its name
-    scheduler_.release(placement, clock_.now());
+    site_.scheduler.release(placement, site_.clock.now());
 }
 
 void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
 {
     auto& ride = *browser.ride;
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
     if (!ride.is_placed) // it is not known whether the machine has any such simulation
         return;
     give_back(ride);
@@ -214,15 +214,16 @@ void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
     if (refusal == MachineRefusal::silent) {
         ++refusals.failures;
         faults_.was_silent(ride.entry, now);
-        log_.warning(LogCause("silent machine", ride.entry),
-                     concat(ride.entry, " does not answer on /client as it should: ", ride.problem));
+        site_.log.warning(LogCause("silent machine", ride.entry),
+                          concat(ride.entry, " does not answer on /client as it should: ", ride.problem));
         return;
     }
     if (refusal == MachineRefusal::machine) {
         auto const why =
             core::printable(ride.problem.empty() ? refusals.last_word : ride.problem, longest_logged);
         faults_.has_refused(ride.entry, browser.group, why);
-        log_.warning(LogCause("refused start", ride.entry), concat(ride.entry, " refuses a start: ", why));
+        site_.log.warning(LogCause("refused start", ride.entry),
+                          concat(ride.entry, " refuses a start: ", why));
     }
     // One that refuses once more after its pause counts once.
     refusals.failures += refusals.is_by(ride.entry) ? 0 : 1;
@@ -241,7 +242,7 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser)
     // After a few failures the person is told, rather than kept waiting.
     auto& refusals = *browser.refusals;
     bool const is_patient = refusals.failures < max_failures;
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
     auto const placed = is_patient && refusals.full.size() < max_full
                             ? try_to_place(browser, request_of(browser, now), now)
                             : result<>(Failure(errc::unavailable));
@@ -251,7 +252,7 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser)
         refuse(browser, placed.error());
         return Next::end;
     }
-    if (params_.waiting_places > 0 && is_patient && may_be_taken(browser, now)) {
+    if (room_.params().places > 0 && is_patient && may_be_taken(browser, now)) {
         // By its next turn they may have a place.
         refusals.full.clear();
         browser.not_before = now + pause_after_full;
@@ -279,10 +280,10 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
     core::MachineConversation conversation(browser.options, ride.entry, is_ours(ride.entry));
     bool was_ready = false;
     auto ended = MachineRefusal::none;
-    auto const latest = clock_.now() + longest_start;
+    auto const latest = site_.clock.now() + longest_start;
     for (;;) {
         // A machine may report progress for ever: the browser is to have its chance at another one.
-        if (!was_ready && clock_.now() > latest) {
+        if (!was_ready && site_.clock.now() > latest) {
             ride.problem = "it does not come to an end with a start";
             ended = MachineRefusal::silent;
             break;
@@ -315,7 +316,7 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
         was_ready = conversation.is_ready();
     }
     if (was_ready)
-        estimate_.session_ended(clock_.now());
+        estimate_.session_ended(site_.clock.now());
     co_return ended;
 }
 
@@ -324,23 +325,20 @@ asio::awaitable<result<std::string>> ClientRelay::hear(Channel& machine, Duratio
 {
     if (patience == Duration::max())
         return machine.receive();
-    return async::with_deadline(clock_, clock_.now() + patience, machine.receive());
+    return async::with_deadline(site_.clock, site_.clock.now() + patience, machine.receive());
 }
 
 asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser const& browser)
 {
     auto const& ride = *browser.ride;
-    auto const* const machine = fleet_.find(ride.entry);
+    auto const* const machine = site_.fleet.find(ride.entry);
     if (!machine)
         co_return Failure(errc::unreachable, "it was removed from \"simulationServers\"");
     auto const& internal = machine->spec.internal_address;
-    std::string path = "/client";
-    if (hooks_.make_ticket && ride.is_placed)
-        path = concat("/ticket/", hooks_.make_ticket(ride.entry), path);
-    auto request = machine_websocket(machine->spec, params_.tls, path);
+    auto const ticket = ride.is_placed ? site_.ticket_path(ride.entry) : std::string();
+    auto request = machine_websocket(machine->spec, site_.params.address.ssl, concat(ticket, "/client"));
     // The machine answers with an address that this browser can reach, and counts for this browser.
-    auto below_us = hooks_.public_address ? hooks_.public_address(ride.entry, browser.asked) : std::string();
-    if (!below_us.empty())
+    if (auto below_us = site_.addresses.address_below_us(ride.entry, browser.asked); !below_us.empty())
         request.headers.emplace_back(core::public_address_header, std::move(below_us));
     // One with a path of its own is called by the name that polls use.
     if (!internal.empty() && !machine->spec.has_own_path) {
@@ -350,12 +348,12 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
     }
     if (!browser.client.empty())
         request.headers.emplace_back("X-Forwarded-For", browser.client);
-    co_return co_await hooks_.websockets->connect(std::move(request));
+    co_return co_await site_.hooks.websockets->connect(std::move(request));
 }
 
 bool ClientRelay::is_ours(std::string_view entry) const
 {
-    auto const* const server = monitor_.find(entry);
+    auto const* const server = site_.monitor.find(entry);
     return server && server->report.arrivals.has_value();
 }
 
@@ -367,7 +365,7 @@ void ClientRelay::note_ready(Browser& browser)
     browser.request = {};
     ++attempts_[label_of(MachineRefusal::none)];
     faults_.has_served(ride.entry);
-    estimate_.session_began(clock_.now());
+    estimate_.session_began(site_.clock.now());
 }
 
 /// The machine has ended the conversation.

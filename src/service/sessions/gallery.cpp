@@ -34,11 +34,11 @@ constexpr auto longest_list = std::chrono::seconds(25);
 asio::awaitable<result<>> Gallery::run()
 {
     for (;;) {
-        auto const waited = co_await clock_.wait_until(clock_.now() + gallery_look);
+        auto const waited = co_await site_.clock.wait_until(site_.clock.now() + gallery_look);
         if (!waited)
             co_return waited;
         forget_removed();
-        auto const* const server = http_ ? due() : nullptr;
+        auto const* const server = site_.hooks.http ? due() : nullptr;
         if (!server)
             continue;
         auto const asked = co_await ask(*server);
@@ -51,12 +51,12 @@ asio::awaitable<result<>> Gallery::run()
 ServerSpec const* Gallery::due() const
 {
     std::size_t passed = 0;
-    for (auto const& machine : fleet_.machines()) {
-        auto const* const server = monitor_.find(machine.spec.address);
+    for (auto const& machine : site_.fleet.machines()) {
+        auto const* const server = site_.monitor.find(machine.spec.address);
         if (!server || server->state != ServerState::up)
             continue;
         auto const known = known_.find(machine.spec.address);
-        if (known == known_.end() || clock_.now() - known->second.asked >= gallery_again)
+        if (known == known_.end() || site_.clock.now() - known->second.asked >= gallery_again)
             return &machine.spec;
         if (++passed == asked_machines)
             break;
@@ -67,15 +67,15 @@ ServerSpec const* Gallery::due() const
 /// Errors: `operation_aborted`.
 asio::awaitable<result<>> Gallery::ask(ServerSpec server)
 {
-    auto request = machine_request(server, monitor_.params(), "/worlds");
+    auto request = machine_request(server, site_.monitor.params(), "/worlds");
     request.headers.emplace_back("Accept", "application/json");
     request.body_limit = core::max_world_list;
-    auto const answer = co_await http_->send(std::move(request));
+    auto const answer = co_await site_.hooks.http->send(std::move(request));
     if (!answer && answer.error().code() == asio::error::operation_aborted)
         co_return answer.error();
     auto& known = known_[server.address];
     // Also where it does not answer: otherwise it would be asked again each second, and no other machine.
-    known.asked = clock_.now();
+    known.asked = site_.clock.now();
     if (!answer)
         co_return result<>(); // it has what it had
     auto worlds = answer->status == 200 ? core::parse_world_list(answer->body) : std::nullopt;
@@ -99,9 +99,9 @@ asio::awaitable<result<>> Gallery::fetch_pictures(ServerSpec server)
     for (auto const& key : offered) {
         if (!listed.contains(key) || pictures_.contains(key) || pictures_.size() == gallery_pictures)
             continue;
-        auto request = machine_request(server, monitor_.params(), core::concat("/worlds/picture/", key));
+        auto request = machine_request(server, site_.monitor.params(), core::concat("/worlds/picture/", key));
         request.body_limit = core::max_world_picture;
-        auto answer = co_await http_->send(std::move(request));
+        auto answer = co_await site_.hooks.http->send(std::move(request));
         if (!answer && answer.error().code() == asio::error::operation_aborted)
             co_return answer.error();
         if (!answer || answer->status != 200 || !core::is_world_picture(answer->body))
@@ -128,8 +128,8 @@ asio::awaitable<HttpResponse> Gallery::look_into(std::string address, std::strin
 std::vector<ServerSpec> Gallery::next_machines()
 {
     std::vector<ServerSpec> up;
-    for (auto const& machine : fleet_.machines()) {
-        auto const* const server = monitor_.find(machine.spec.address);
+    for (auto const& machine : site_.fleet.machines()) {
+        auto const* const server = site_.monitor.find(machine.spec.address);
         if (server && server->state == ServerState::up && !machine.is_draining())
             up.push_back(machine.spec);
     }
@@ -144,11 +144,10 @@ std::vector<ServerSpec> Gallery::next_machines()
 asio::awaitable<result<std::string>> Gallery::find_worlds(std::string address, std::string client)
 {
     result<std::string> answer = core::refused(core::Refused::no_machine_to_relay);
-    auto const latest = clock_.now() + longest_list;
-    for (auto const& server : http_ ? next_machines() : std::vector<ServerSpec>()) {
-        auto const ticket =
-            make_ticket_ ? core::concat("/ticket/", make_ticket_(server.address)) : std::string();
-        auto request = machine_request(server, monitor_.params(), core::concat(ticket, "/worlds/list"));
+    auto const latest = site_.clock.now() + longest_list;
+    for (auto const& server : site_.hooks.http ? next_machines() : std::vector<ServerSpec>()) {
+        auto request = machine_request(server, site_.monitor.params(),
+                                       core::concat(site_.ticket_path(server.address), "/worlds/list"));
         request.method = "POST";
         request.headers.emplace_back("Content-Type", "text/plain; charset=UTF-8");
         if (!client.empty())
@@ -156,10 +155,10 @@ asio::awaitable<result<std::string>> Gallery::find_worlds(std::string address, s
         request.body = address;
         request.body_limit = core::max_world_list;
         // One deadline for all of them, since one person waits for the list.
-        request.timeout = latest - clock_.now();
+        request.timeout = latest - site_.clock.now();
         if (request.timeout <= Duration::zero())
             break;
-        auto const told = co_await http_->send(std::move(request));
+        auto const told = co_await site_.hooks.http->send(std::move(request));
         if (!told && told.error().code() == asio::error::operation_aborted)
             co_return told.error();
         auto const text = told ? told->text() : std::string();
@@ -176,7 +175,7 @@ asio::awaitable<result<std::string>> Gallery::find_worlds(std::string address, s
 void Gallery::forget_removed()
 {
     auto const removed =
-        std::erase_if(known_, [this](auto const& entry) { return !fleet_.find(entry.first); });
+        std::erase_if(known_, [this](auto const& entry) { return !site_.fleet.find(entry.first); });
     if (removed > 0)
         page_.expire();
 }
@@ -186,7 +185,7 @@ std::vector<ListedWorld> Gallery::worlds() const
     std::vector<ListedWorld> found;
     for (auto const& [machine, known] : known_)
         found.insert(found.end(), known.worlds.begin(), known.worlds.end());
-    return core::gallery_worlds(config_.worlds, config_.viewer_url, found);
+    return core::gallery_worlds(site_.params.config.worlds, site_.params.config.viewer_url, found);
 }
 
 std::string Gallery::list_text()
@@ -194,7 +193,7 @@ std::string Gallery::list_text()
     std::vector<std::string> keys;
     for (auto const& [key, picture] : pictures_)
         keys.push_back(key);
-    return core::gallery_json(worlds(), keys, core::viewer_defaults(config_));
+    return core::gallery_json(worlds(), keys, core::viewer_defaults(site_.params.config));
 }
 
 HttpResponse Gallery::picture(std::string_view key, std::string_view if_none_match) const
@@ -207,7 +206,7 @@ HttpResponse Gallery::picture(std::string_view key, std::string_view if_none_mat
 HttpResponse Gallery::answer(std::string_view if_none_match)
 {
     auto const make = [this] { return list_text(); };
-    return page_.get(clock_.now(), make).answer("application/json", if_none_match);
+    return page_.get(site_.clock.now(), make).answer("application/json", if_none_match);
 }
 
 } // namespace webots_cloud

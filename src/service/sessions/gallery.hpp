@@ -3,17 +3,13 @@
 
 #include "async/interruptible.hpp"
 #include "core/pages/shared_page.hpp"
+#include "site_context.hpp"
 
-#include <webots_cloud/config.hpp>
-#include <webots_cloud/fleet.hpp>
 #include <webots_cloud/listed_world.hpp>
-#include <webots_cloud/load_monitor.hpp>
-#include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http_client.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
-#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -25,16 +21,11 @@ namespace webots_cloud {
 /// site have the same folders as a rule, so not all of a large site are asked. For an address that somebody
 /// has pasted one of them is asked at once.
 ///
-/// Lifetime: all that it is made with must outlive it; `http` may be null.   Thread-safety: one executor.
+/// Lifetime: the site must outlive it.   Thread-safety: one executor.
 class Gallery
 {
 public:
-    /// `make_ticket`: as in the hooks of SessionService.
-    Gallery(SessionServiceConfig const& config, Fleet const& fleet, LoadMonitor const& monitor,
-            HttpClient* http, std::function<std::string(std::string_view server)> make_ticket, Clock& clock)
-        : config_(config), fleet_(fleet), monitor_(monitor), http_(http),
-          make_ticket_(std::move(make_ticket)), clock_(clock)
-    {}
+    explicit Gallery(SiteContext const& site) : site_(site) {}
 
     /// Cancellation: terminal.
     boost::asio::awaitable<result<>> run();
@@ -56,7 +47,11 @@ public:
     void stop() { looks_.interrupt(); }
 
     /// Whether the operator wants one.
-    bool is_wanted() const noexcept { return !config_.worlds || !config_.worlds->empty(); }
+    bool is_wanted() const noexcept
+    {
+        auto const& worlds = site_.params.config.worlds;
+        return !worlds || !worlds->empty();
+    }
 
     /// The configuration has changed.
     void refresh() noexcept { page_.expire(); }
@@ -78,12 +73,7 @@ private:
     boost::asio::awaitable<result<std::string>> find_worlds(std::string address, std::string client);
     std::vector<ListedWorld> worlds() const;
 
-    SessionServiceConfig const& config_;
-    Fleet const& fleet_;
-    LoadMonitor const& monitor_;
-    HttpClient* http_;
-    std::function<std::string(std::string_view server)> make_ticket_;
-    Clock& clock_;
+    SiteContext const& site_;
     async::Interruptible looks_;
     std::size_t last_asked_ = 0;                      ///< For such a list, of the machines that are up.
     std::map<std::string, Known, std::less<>> known_; ///< By the address of the machine.

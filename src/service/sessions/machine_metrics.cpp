@@ -73,28 +73,24 @@ private:
     core::MetricsText placements_;
 };
 
-MachineMetrics::MachineMetrics(Fleet const& fleet, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock)
-    : fleet_(fleet), monitor_(monitor), scheduler_(scheduler), clock_(clock)
-{}
-
 bool MachineMetrics::is_large() const noexcept
 {
-    return monitor_.servers().size() > at_once;
+    return site_.monitor.servers().size() > at_once;
 }
 
 void MachineMetrics::add(ServerLoad const& server, Families& families) const
 {
-    auto const* const machine = fleet_.find(server.address);
-    families.add(server, machine && machine->is_draining(), scheduler_.placed(server.address));
+    auto const* const machine = site_.fleet.find(server.address);
+    families.add(server, machine && machine->is_draining(), site_.scheduler.placed(server.address));
 }
 
 std::string const& MachineMetrics::text()
 {
-    auto const now = clock_.now();
+    auto const now = site_.clock.now();
     if (made_ && now - *made_ < (is_large() ? Duration(written_ahead) : Duration(every)))
         return text_;
     Families families;
-    for (auto const& server : monitor_.servers())
+    for (auto const& server : site_.monitor.servers())
         add(server, families);
     families.write_to(text_);
     made_ = now;
@@ -113,23 +109,23 @@ asio::awaitable<result<>> MachineMetrics::run()
     std::string next;
     std::vector<std::string> addresses;
     for (;;) {
-        if (auto const waited = co_await clock_.wait_until(clock_.now() + every); !waited)
+        if (auto const waited = co_await site_.clock.wait_until(site_.clock.now() + every); !waited)
             co_return waited;
         if (!is_large())
             continue;
-        auto const began = clock_.now();
+        auto const began = site_.clock.now();
         auto const expiries = expiries_;
         // Machines may come and go meanwhile.
-        addresses.resize(monitor_.servers().size());
-        std::ranges::transform(monitor_.servers(), addresses.begin(), &ServerLoad::address);
+        addresses.resize(site_.monitor.servers().size());
+        std::ranges::transform(site_.monitor.servers(), addresses.begin(), &ServerLoad::address);
         families.begin();
         // In parts, between which the event loop has its turn.
         for (std::size_t i = 0; expiries == expiries_ && i < addresses.size(); ++i) {
-            if (auto const* const server = monitor_.find(addresses[i]))
+            if (auto const* const server = site_.monitor.find(addresses[i]))
                 add(*server, families);
             if (i % at_once != at_once - 1)
                 continue;
-            if (auto const waited = co_await clock_.wait_until(clock_.now() + pause); !waited)
+            if (auto const waited = co_await site_.clock.wait_until(site_.clock.now() + pause); !waited)
                 co_return waited;
         }
         // Whoever has expired the text wants to see what is so now, and the first parts are from before.

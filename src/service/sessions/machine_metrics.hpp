@@ -1,10 +1,7 @@
 // What `/metrics` of the session server says of each of its machines.
 #pragma once
 
-#include <webots_cloud/fleet.hpp>
-#include <webots_cloud/load_monitor.hpp>
-#include <webots_cloud/scheduler.hpp>
-#include <webots_cloud/transport/clock.hpp>
+#include "site_context.hpp"
 
 #include <boost/asio/awaitable.hpp>
 
@@ -18,11 +15,11 @@ namespace webots_cloud {
 /// it is written once a second, whether somebody asks or not, a few machines at once. With fewer machines it
 /// is written for whoever asks, once a second at most.
 ///
-/// Lifetime: all that it is made with must outlive it.   Thread-safety: one executor.
+/// Lifetime: the site must outlive it.   Thread-safety: one executor.
 class MachineMetrics
 {
 public:
-    MachineMetrics(Fleet const& fleet, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock);
+    explicit MachineMetrics(SiteContext const& site) : site_(site) {}
 
     /// As it was some seconds ago at most; the families of `/metrics`, one after the other.
     std::string const& text();
@@ -40,10 +37,7 @@ private:
     bool is_large() const noexcept;
     void add(ServerLoad const& server, Families& families) const;
 
-    Fleet const& fleet_;
-    LoadMonitor& monitor_;
-    Scheduler& scheduler_;
-    Clock& clock_;
+    SiteContext const& site_;
     std::string text_;
     std::optional<TimePoint> made_; ///< When `text_` was; nothing: it is not what it should be.
     std::uint64_t expiries_ = 0;    ///< Of what is being written, too.
