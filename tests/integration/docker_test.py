@@ -24,7 +24,7 @@ from support.git_server import GitServer  # noqa: E402
 from support.lessons import solved  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.projects import demo_project, files_of  # noqa: E402
-from support.refusals import error_line, pattern  # noqa: E402
+from support.refusals import error_line, error_pattern  # noqa: E402
 from support.servers import SimulationServer, descendants, main, port_is_free, program, wait_until  # noqa: E402
 
 EDITOR = "benjamindeleze/theia-test:test3"
@@ -419,11 +419,11 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(self.inspect("controller")["HostConfig"]["NetworkMode"], "none")
 
     async def test_what_cannot_be_started_is_said_in_one_sentence(self):
-        cases = [("fields", {}, pattern("wrong_compose_line", line="dockerCompose:theia")),
-                 ("make", {}, pattern("ended_early_saying")),
-                 ("own", {"projectDockerfiles": True}, pattern("dockerfile_line", line=1, file="Dockerfile")),
-                 ("hidden", {}, pattern("ended_early_saying")),
-                 ("broken", {"projectDockerfiles": True}, pattern("ended_early_saying"))]
+        cases = [("fields", {}, error_pattern("wrong_compose_line", line="dockerCompose:theia")),
+                 ("make", {}, error_pattern("ended_early_saying")),
+                 ("own", {"projectDockerfiles": True}, error_pattern("dockerfile_line", line=1, file="Dockerfile")),
+                 ("hidden", {}, error_pattern("ended_early_saying")),
+                 ("broken", {"projectDockerfiles": True}, error_pattern("ended_early_saying"))]
         for repository, settings, sentence in cases:
             with self.subTest(repository=repository, **settings), server(**settings) as simulation:
                 async with self.visit(simulation) as browser:
@@ -566,8 +566,8 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 async with self.visit(simulation) as browser:
                     await browser.start(world("robots"))
                     await browser.hear_all()
-                    self.assertRegex(browser.told[-1], pattern("ended_early_saying"))
-                    words = re.match(pattern("ended_early_saying"), browser.told[-1])["words"]
+                    self.assertRegex(browser.told[-1], error_pattern("ended_early_saying"))
+                    words = re.match(error_pattern("ended_early_saying"), browser.told[-1])["words"]
                     self.assertTrue(words.startswith("The image can't be fetched: "), browser.told)
                     self.assertTrue(words.endswith(reason), browser.told)
 
@@ -646,11 +646,11 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 await asyncio.to_thread(docker.crash)
                 try:
                     await browser.hear_all()
-                    self.assertRegex(browser.told[-1], pattern("crashed"))
+                    self.assertRegex(browser.told[-1], error_pattern("crashed"))
                     async with Browser(simulation) as next_one:
                         await next_one.start(world("robots"))
                         await next_one.hear_all()
-                        self.assertRegex(next_one.told[-1], pattern("ended_early_saying"))
+                        self.assertRegex(next_one.told[-1], error_pattern("ended_early_saying"))
                         self.assertIn("Docker", next_one.told[-1])
                 finally:
                     docker.start()  # in this thread, since it ends with the one that has started it

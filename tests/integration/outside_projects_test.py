@@ -13,7 +13,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser  # noqa: E402
 from support.other_user import OwnedServer  # noqa: E402
-from support.refusals import error_line, pattern  # noqa: E402
+from support.refusals import error_line, error_pattern  # noqa: E402
 from support.servers import main  # noqa: E402
 
 REFUSED = error_line("outside_allowed")
@@ -58,7 +58,7 @@ class Outside(unittest.TestCase):
 
     def test_a_sandbox_that_lacks_something_says_what(self):
         server = self.started(sandbox="bubblewrap", display=":97")
-        self.assertRegex(self.answer(server), pattern("outside_sandbox"))
+        self.assertRegex(self.answer(server), error_pattern("outside_sandbox"))
         self.assertRegex(server.log(), "To accept them in the sandbox bubblewrap when the machine is idle, this server needs .*\\.")
 
 

@@ -16,6 +16,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from support.browser_client import LOCAL  # noqa: E402
 from support.disks import mount_small_disk  # noqa: E402
 from support.projects import EXAMPLES, local_config  # noqa: E402
+from support.refusals import pattern  # noqa: E402
 from support.servers import Server, SessionServer, SimulationServer, main, wait_until  # noqa: E402
 from support.visitor import Visitor  # noqa: E402
 
@@ -91,11 +92,11 @@ class RefusedStarts(unittest.IsolatedAsyncioTestCase):
 
     async def test_a_simulator_that_does_not_start(self):
         await self.site(webotsHome=self.webots("echo 'error: cannot open display' >&2\nexit 1\n"))
-        await self.assert_refused("Unable to start Webots: .*cannot open display")
+        await self.assert_refused(pattern("ended_early_saying", words="error: cannot open display"))
 
     async def test_a_simulator_that_crashes_while_it_loads(self):
         await self.site(webotsHome=self.webots("sleep 0.5\nkill -SEGV $$\n"))
-        await self.assert_refused("Unable to start Webots: ")
+        await self.assert_refused(pattern("ended_early"))
 
     async def test_a_forge_that_can_not_be_reached(self):
         await self.site(forges=[FORGE], allowedRepositories=[FORGE])

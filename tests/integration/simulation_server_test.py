@@ -18,7 +18,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser, server  # noqa: E402
 from support.raw_websocket import answer_to, close_code, frame  # noqa: E402
-from support.refusals import error_line, pattern  # noqa: E402
+from support.refusals import error_line, error_pattern  # noqa: E402
 from support.registry import Registry  # noqa: E402
 from support.servers import is_alive, main, port_is_free, program, wait_until  # noqa: E402
 
@@ -185,22 +185,22 @@ class Faults(unittest.IsolatedAsyncioTestCase):
             self.assertFalse([pid for pid in processes if is_alive(pid)])
 
     async def test_exit_before_ready(self):
-        await self.ends_with("exit-before-ready=3", pattern("ended_early_saying", how="it exited with status 3"))
+        await self.ends_with("exit-before-ready=3", error_pattern("ended_early_saying", how="it exited with status 3"))
 
     async def test_crash_before_ready(self):
-        await self.ends_with("crash-before-ready", pattern("ended_early_saying", how="it was ended by signal 11"))
+        await self.ends_with("crash-before-ready", error_pattern("ended_early_saying", how="it was ended by signal 11"))
 
     async def test_exit_after_ready(self):
-        await self.ends_with("exit-after-ready=200", pattern("quit"))
+        await self.ends_with("exit-after-ready=200", error_pattern("quit"))
 
     async def test_crash_after_ready(self):
-        await self.ends_with("crash-after-ready=200", pattern("crashed", how="it was ended by signal 11"))
+        await self.ends_with("crash-after-ready=200", error_pattern("crashed", how="it was ended by signal 11"))
 
     async def test_never_ready(self):
-        await self.ends_with("never-ready", pattern("not_loaded", seconds=1), startTimeout=1)
+        await self.ends_with("never-ready", error_pattern("not_loaded", seconds=1), startTimeout=1)
 
     async def test_a_port_that_nobody_was_given_is_not_announced(self):
-        await self.ends_with("wrong-port", pattern("no_port", seconds=1), startTimeout=1)
+        await self.ends_with("wrong-port", error_pattern("no_port", seconds=1), startTimeout=1)
 
     async def test_hanging_and_ignoring_sigterm(self):
         await self.leaves_nothing("ignore-sigterm")
@@ -215,7 +215,7 @@ class Faults(unittest.IsolatedAsyncioTestCase):
                 await self.leaves_nothing(fault)
 
     async def test_what_a_dead_simulator_leaves_behind_is_killed(self):
-        await self.ends_with("daemon-grandchild,exit-after-ready=200", pattern("quit"))
+        await self.ends_with("daemon-grandchild,exit-after-ready=200", error_pattern("quit"))
 
 
 class Programs(unittest.IsolatedAsyncioTestCase):

@@ -24,7 +24,7 @@ from support.other_user import NOBODY, OwnedServer  # noqa: E402
 from support.lessons import solved  # noqa: E402
 from support.processes import find_program  # noqa: E402
 from support.projects import demo_project  # noqa: E402
-from support.refusals import error_line, pattern  # noqa: E402
+from support.refusals import error_line, error_pattern  # noqa: E402
 from support.servers import PATIENCE, descendants, end, is_alive, main, wait_until  # noqa: E402
 from support.slurm import NODES, Cluster  # noqa: E402
 
@@ -342,8 +342,8 @@ class CopiedProjects(HiddenCluster):
                 async with Browser(simulation) as browser:
                     await browser.start("local:/projects/large/blob/main/worlds/arena.wbt")
                     await browser.hear_all()
-                    self.assertRegex(browser.told[-1], pattern("job_project_not_copied_saying"))
-                    words = re.match(pattern("job_project_not_copied_saying"), browser.told[-1])["words"]
+                    self.assertRegex(browser.told[-1], error_pattern("job_project_not_copied_saying"))
+                    words = re.match(error_pattern("job_project_not_copied_saying"), browser.told[-1])["words"]
                     self.assertRegex(words, r"^(No space left on device|Wrote only \d+ of \d+ bytes)$")
 
     async def test_what_a_killed_guard_leaves_goes_with_the_next_job(self):

@@ -19,11 +19,16 @@ def sentence(row, **values):
 
 
 def pattern(row, **values):
-    """What a browser on /client gets, as a regular expression: a value that is not said may be anything, and is a group of its name."""
+    """The sentence as a regular expression: a value that is not said may be anything, and is a group of its name."""
     parts = re.split(r'\{(\w+)\}', SENTENCES[row])
     assert set(values) <= set(parts[1::2]), f'{row} says nothing of {set(values) - set(parts[1::2])}'
     names = [re.escape(str(values[name])) if name in values else f'(?P<{name}>.+)' for name in parts[1::2]]
-    return f'^loading: Error: {"".join(re.escape(text) + name for text, name in zip(parts[::2], [*names, ""]))}$'
+    return ''.join(re.escape(text) + name for text, name in zip(parts[::2], [*names, '']))
+
+
+def error_pattern(row, **values):
+    """As a browser on /client gets it."""
+    return f'^loading: Error: {pattern(row, **values)}$'
 
 
 def error_line(row, **values):

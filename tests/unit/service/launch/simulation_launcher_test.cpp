@@ -756,7 +756,8 @@ BOOST_AUTO_TEST_CASE(a_compose_that_does_not_start_gives_its_port_back_and_says_
     auto const failed = fixture.world.run(fixture.containers.launch(launch_spec()));
     BOOST_TEST_REQUIRE(!failed.has_value());
     BOOST_TEST(failed.error() == errc::start_failed);
-    BOOST_TEST(failed.error().detail() == "Unable to start Webots: /bin/docker is not in the script");
+    BOOST_TEST(failed.error().detail() ==
+               sentence(core::Refused::not_started, {{"why", "/bin/docker is not in the script"}}));
     BOOST_TEST(fixture.containers.running() == 0u);
 }
 

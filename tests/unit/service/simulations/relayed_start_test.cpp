@@ -96,7 +96,7 @@ Case const cases[] = {
      [](Fixture& f) {
          f.processes.taken = {2001, 2002};
      }},
-    {"no program can be started", "refusal: machine", "Unable to start Webots"},
+    {"no program can be started", "refusal: machine", sentence(core::Refused::not_started, {{"why", ""}})},
     {"Webots crashes before it is ready", "refusal: machine",
      sentence(core::Refused::ended_early, {{"how", "it was ended by signal 11"}}), world_url,
      [](Fixture& f) { f.processes.expect().crashes(11); }},

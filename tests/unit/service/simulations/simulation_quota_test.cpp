@@ -1,4 +1,5 @@
 // How much of a simulation server one client may use.
+#include "refusal_sentences.hpp"
 #include "simulation_fixture.hpp"
 
 #include <csignal>
@@ -78,7 +79,9 @@ std::pair<std::string, void (*)(Fixture&)> const ends[] = {
          f.source.delay = {};
      }},
     {"the simulator can't be started",
-     [](Fixture& f) { BOOST_TEST(f.start("a").was_told("loading: Error: Unable to start Webots")); }},
+     [](Fixture& f) {
+         BOOST_TEST(f.start("a").was_told(error_line(core::Refused::not_started, {{"why", ""}})));
+     }},
     {"the browser leaves while the world is loaded",
      [](Fixture& f) {
          f.processes.expect().stubborn();

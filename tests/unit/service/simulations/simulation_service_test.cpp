@@ -426,8 +426,8 @@ BOOST_AUTO_TEST_CASE(a_simulator_that_can_not_be_run_is_told)
 {
     Fixture fixture;
     auto& browser = fixture.start();
-    BOOST_TEST(browser.sent ==
-                   (Texts{"loading: Error: Unable to start Webots: /opt/webots/webots is not in the script"}),
+    BOOST_TEST(browser.sent == (Texts{error_line(core::Refused::not_started,
+                                                 {{"why", "/opt/webots/webots is not in the script"}})}),
                boost::test_tools::per_element());
     BOOST_TEST(browser.close_code.has_value());
 }
