@@ -4,6 +4,7 @@
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/listed_world.hpp>
+#include <webots_cloud/network_config.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
@@ -19,30 +20,6 @@
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
-
-/// How a server meets the network: keys that both configurations have.
-struct NetworkConfig
-{
-    NetworkConfig() = default;
-
-    /// `sslCertificate` and `sslKey`: PEM files, both or neither. Empty: plain HTTP, usually behind a proxy.
-    std::filesystem::path ssl_certificate;
-    std::filesystem::path ssl_key;
-    /// `redirectPort`: a port without TLS that leads to the one with TLS. 0: none.
-    std::uint16_t redirect_port = 0;
-    /// `challengeFolder`: what `certbot --webroot` writes into, for that port. Empty: none.
-    std::filesystem::path challenge_folder;
-    std::string listen_address = "::";  ///< `listenAddress`: `::` is every address, of IPv4 too.
-    int connections_per_address = 1000; ///< `connectionsPerAddress`; trusted proxies have no limit.
-    /// `pingTimeout`, in seconds: a WebSocket that was silent for this time, although it was pinged, is
-    /// lost. 0: never.
-    Duration ping_timeout = std::chrono::seconds(60);
-    /// `pingInterval`, in seconds: a WebSocket that was silent for this time is pinged. Many proxies cut
-    /// what is silent for 30 s.
-    Duration ping_interval = std::chrono::seconds(20);
-    /// `trustedProxies`: addresses and networks of proxies that are believed about who their clients are.
-    std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
-};
 
 /// What clients may ask of a server: keys that both configurations have.
 struct AccessConfig
@@ -136,9 +113,7 @@ struct SessionConfig
     NetworkConfig network;
     SessionServiceConfig service;
     MailConfig mail;
-    /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when
-    /// simulation servers are reached by TLS.
-    std::filesystem::path ca_file;
+    HttpClientConfig http_client; ///< How simulation servers are asked.
     AccessConfig access;
     std::filesystem::path log_dir = "log"; ///< `logDir`
     bool debug = false;                    ///< `debug`: log to standard output instead of the file.
@@ -162,6 +137,37 @@ struct ForgeConfig
     ForgeKind kind = ForgeKind::unknown; ///< `kind`; of forges that everybody knows `ForgeAddress` finds it.
 
     bool operator==(ForgeConfig const&) const = default;
+};
+
+/// The keys that the source of git repositories obeys, and how patient it is with their servers.
+struct GitSourceConfig
+{
+    GitSourceConfig() = default;
+
+    /// `cacheSize`, in gigabytes: fetched projects that are kept; the least recently used go first.
+    std::uint64_t cache_bytes = std::uint64_t{10} << 30;
+    std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
+    Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
+    /// How long a server may take to say which commit a branch is at now, if the cache knows which it was at
+    /// last: after that time, that one is used, and `FetchedProject::notice` says so. Where the cache knows
+    /// nothing, `FetchLimits::timeout` alone counts.
+    Duration patience = std::chrono::seconds(10);
+};
+
+/// The keys that the source of websites' projects obeys, and how patient it is with websites.
+struct WebsiteSourceConfig
+{
+    WebsiteSourceConfig() = default;
+
+    /// `projectsDir`: folder of the templates that websites start with `init`. Empty in a file: those that
+    /// came with Webots.
+    std::filesystem::path projects;
+    /// `keyDir`: folder with a file for each website, named as its host, whose first line is our key. Read
+    /// anew for each fetch. Other websites are sent nothing. Default of a file, and of `SimulationConfig`:
+    /// key.
+    std::filesystem::path keys;
+    std::uint64_t low_speed = 1'000; ///< Bytes per second. A website that stays below is given up; 0: never.
+    Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
 };
 
 /// The keys that SimulationLauncher obeys.
@@ -360,6 +366,7 @@ struct SimulationConfig
     {
         address.port = 2000;
         launching.gateway = true;
+        websites.keys = "key";
         forges.emplace_back("https://github.com");
     }
 
@@ -373,14 +380,12 @@ struct SimulationConfig
     DockerConfig containers;
     std::optional<SlurmConfig> slurm; ///< `launcher`: where simulations run. Default: on this machine.
     std::vector<ForgeConfig> forges;  ///< `forges`: strings, or objects with `url`, `directory`, `kind`.
-    /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when forges,
-    /// websites and registries are asked by https.
-    std::filesystem::path ca_file;
+    HttpClientConfig http_client;     ///< How forges, websites and registries are asked.
     /// `sessionServers`: URLs of session servers to which this server announces itself, with
     /// `sessionSecret`.
     std::vector<std::string> session_servers;
-    std::uint64_t cache_bytes = std::uint64_t{10}
-                                << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
+    GitSourceConfig git;
+    WebsiteSourceConfig websites;
     /// `stateDir`: what the server works with, projects of running simulations above all. Empty: the
     /// folder that systemd names (`STATE_DIRECTORY`), else `webots_cloud` in `XDG_STATE_HOME` or
     /// `~/.local/state`, else one in the folder for temporary files (docs/machine.md, "Files and
@@ -406,12 +411,9 @@ struct SimulationConfig
     std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach:
                                             ///< `internet` (public addresses), `none`, `host`.
     LimitsConfig limits;                    ///< `simulationMemory` and the like.
-    /// `projectsDir`: templates that websites start with `init`. Empty: those that came with Webots.
-    std::filesystem::path projects_dir;
-    std::filesystem::path key_dir = "key"; ///< `keyDir`: a file per website, named as its host, with its key.
-    std::filesystem::path log_dir = "log"; ///< `logDir`
-    bool debug = false;                    ///< `debug`: log to standard output instead of the file.
-    bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
+    std::filesystem::path log_dir = "log";  ///< `logDir`
+    bool debug = false;                     ///< `debug`: log to standard output instead of the file.
+    bool json_log = false; ///< `logFormat`: `text`, or `json` for programs that collect logs.
     Duration simulation_log_keep =
         std::chrono::hours(24 * 7); ///< `simulationLogDays`, in days; 0: none is written.
     bool monitor_log = true; ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.

@@ -68,7 +68,7 @@ result<> told_by(fs::path const& origin, std::string_view key, Failure const& wh
 template<class Config>
 result<> check_trust(Configured<Config> const& configured, fs::path const& origin)
 {
-    auto const& file = configured.config.ca_file;
+    auto const& file = configured.config.http_client.authorities;
     auto const trusted = file.empty() ? result<>() : check_authorities(file);
     return trusted ? trusted : told_by(origin, "caFile", trusted.error());
 }
@@ -215,7 +215,7 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
             configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
                                                  fs::absolute(forge.directory, ignored).string(),
                                                  ": no world of ", forge.url, " can be fetched"));
-    auto const& templates = configured.config.projects_dir;
+    auto const& templates = configured.config.websites.projects;
     if (!configured.config.docker && !templates.empty() && !fs::is_directory(templates, ignored))
         configured.warnings.push_back(concat(place_of(origin, "projectsDir"), ": there is no folder ",
                                              fs::absolute(templates, ignored).string(),

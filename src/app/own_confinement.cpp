@@ -84,13 +84,13 @@ void add_targets(std::vector<fs::path>& files, fs::path const& config_file, Netw
 
 result<> confine_session_server(SessionConfig config, fs::path const& config_file)
 {
-    make_absolute({&config.log_dir, &config.ca_file, &config.service.teacher_password_file});
+    make_absolute({&config.log_dir, &config.http_client.authorities, &config.service.teacher_password_file});
     make_absolute(config.network, config.access);
     auto const file = absolute_path(config_file);
     auto const socket = operator_socket("session", config.address.port, config.access);
     auto files = core::session_server_files(config, file, socket);
     add_targets(files.read, file, config.network, config.access);
-    add_targets(files.read, config.ca_file);
+    add_targets(files.read, config.http_client.authorities);
     add_targets(files.read, config.service.teacher_password_file);
     // What is not there yet can have no rule.
     std::error_code failed;
@@ -103,19 +103,19 @@ result<> confine_simulation_server(SimulationConfig config, core::SimulationFile
 {
     context.config_file = absolute_path(context.config_file);
     context.socket = operator_socket("simulation", config.address.port, config.access);
-    make_absolute({&config.log_dir, &config.key_dir, &config.containers.directory, &config.ca_file,
-                   &context.caches, &context.templates});
+    make_absolute({&config.log_dir, &config.websites.keys, &config.containers.directory,
+                   &config.http_client.authorities, &context.caches, &context.templates});
     make_absolute(config.network, config.access);
     for (auto& forge : config.forges)
         forge.directory = nearest(absolute_path(forge.directory));
     auto files = core::simulation_server_files(config, context);
     add_targets(files.read, context.config_file, config.network, config.access);
-    add_targets(files.read, config.ca_file);
+    add_targets(files.read, config.http_client.authorities);
     for (auto const& forge : config.forges)
         if (!forge.is_server())
             add_links(files.read, forge.directory, 2); // <owner>/<repository>
     if (!config.docker) {
-        add_links(files.read, config.key_dir, 1);
+        add_links(files.read, config.websites.keys, 1);
         add_links(files.read, context.templates, 1);
     }
     // As for the session server: folders have to be there to get a rule.

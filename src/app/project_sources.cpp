@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 
 fs::path website_templates(SimulationConfig const& config, fs::path const& simulator)
 {
-    if (!config.projects_dir.empty())
-        return config.projects_dir;
+    if (!config.websites.projects.empty())
+        return config.websites.projects;
     return simulator.parent_path() / "projects" / "samples" / "robotbenchmark";
 }
 
@@ -24,10 +24,10 @@ namespace {
 GitSourceParams git_params(SimulationConfig const& config, SimulationMachine const& machine)
 {
     GitSourceParams params;
+    params.config = config.git;
+    params.http = config.http_client;
     params.cache = machine.cache;
-    params.cache_bytes = config.cache_bytes;
     params.instances = machine.instances();
-    params.authorities = config.ca_file;
     return params;
 }
 
@@ -59,9 +59,9 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
     ProjectSource* websites = nullptr;
     if (!config.docker) { // the pages of websites know nothing of containers
         WebsiteSourceParams params;
-        params.keys = config.key_dir;
-        params.authorities = config.ca_file;
-        params.projects = website_templates(config, machine.simulator.program);
+        params.config = config.websites;
+        params.http = config.http_client;
+        params.config.projects = website_templates(config, machine.simulator.program);
         websites = &own(make_website_source(std::move(params), log, budget_));
     }
     ProjectFetcherParams fetching;

@@ -200,7 +200,7 @@ result<MachineDiscoveryHooks> discovery_hooks(SessionConfig const& config, LoadM
 HttpServerParams server_params(SessionConfig const& config)
 {
     auto params = http_server_params(config.address.port, config.network);
-    params.tls_authorities = config.ca_file;
+    params.tls_authorities = config.http_client.authorities;
     params.spare_descriptors += discovery_params(config).max_announced;
     params.spare_descriptors += app::descriptors_of_controllers(config.service.controller_port);
     return params;
@@ -269,8 +269,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
                                          Reload<SessionConfig> reload, Logger log)
 {
     auto const clock = make_steady_clock(executor);
-    auto const http = make_http_client(executor, config.ca_file, log);
-    auto const websockets = make_websocket_client(executor, config.ca_file, log);
+    auto const http = make_http_client(executor, config.http_client, log);
+    auto const websockets = make_websocket_client(executor, config.http_client, log);
     auto const sign = waiting_mac(config, log);
     if (!sign)
         co_return sign.error();

@@ -273,7 +273,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const operators = app::open_operator_socket(executor, "simulation", config.address.port,
                                                      config.access, "--drain, only SIGUSR1", log);
 
-    auto const http = make_http_client(executor, config.ca_file, log);
+    auto const http = make_http_client(executor, config.http_client, log);
     Registration registration(registration_params(config), *http, *clock, log);
     auto session_mac = ticket_mac(config);
     if (!session_mac)

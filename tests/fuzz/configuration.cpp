@@ -56,8 +56,8 @@ void check(SimulationConfig const& config)
 {
     check_network(config.network);
     check_plain({config.address.host, config.containers.directory.string(), config.containers.images,
-                 config.webots_home.string(), config.display, config.projects_dir.string(),
-                 config.key_dir.string(), config.launching.multimedia_server,
+                 config.webots_home.string(), config.display, config.websites.projects.string(),
+                 config.websites.keys.string(), config.launching.multimedia_server,
                  config.launching.multimedia_stream, config.log_dir.string()});
     check_plain(config.service.repositories.allowed);
     check_plain(config.service.repositories.blocked);

@@ -13,7 +13,7 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/fleet
           'webots_cloud/listed_world.hpp', 'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
           'webots_cloud/simulation_user.hpp', 'webots_cloud/own_files.hpp',
           'webots_cloud/forge_kind.hpp', 'webots_cloud/project_ref.hpp', 'webots_cloud/website_project.hpp',
-          'webots_cloud/config.hpp', 'webots_cloud/process_limits.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp', 'webots_cloud/scheduling_policy.hpp', 'webots_cloud/decision.hpp',
+          'webots_cloud/config.hpp', 'webots_cloud/network_config.hpp', 'webots_cloud/process_limits.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp', 'webots_cloud/scheduling_policy.hpp', 'webots_cloud/decision.hpp',
           'webots_cloud/simulation_walls.hpp',
           'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp',
           'webots_cloud/transport/name_answer.hpp',

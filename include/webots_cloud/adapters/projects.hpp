@@ -34,45 +34,31 @@ class FetchBudget;
 std::shared_ptr<FetchBudget> make_fetch_budget(std::uint64_t memory = std::uint64_t{1} << 30,
                                                std::uint64_t disk = std::uint64_t{8} << 30);
 
-/// Where fetched repositories are kept, and how patient we are with their servers.
+/// Where fetched repositories are kept, and what the configuration says.
 struct GitSourceParams
 {
     GitSourceParams() = default;
 
+    GitSourceConfig config;
+    HttpClientConfig http; ///< Its file is read when the source is made; what can't be read is not trusted.
     std::filesystem::path cache; ///< Folder for what was fetched; made if need be.
-    std::uint64_t cache_bytes = std::uint64_t{10}
-                                << 30; ///< Default 10 GiB; the least recently used go first.
     /// The existing folder in which the directories of orders will be: the fastest way to hand out a project
     /// there (overlay mounts, reflinks, copies) is found by trying when the source is made, and logged.
     /// Default: empty, projects are copied.
     std::filesystem::path instances;
-    std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
-    Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
-    /// How long a server may take to say which commit a branch is at now, if the cache knows which it was at
-    /// last: after that time, that one is used, and `FetchedProject::notice` says so. Where the cache knows
-    /// nothing, `FetchLimits::timeout` alone counts.
-    Duration patience = std::chrono::seconds(10);
-    /// PEM file of certificates that are trusted besides the system's authorities; empty: none. Read when the
-    /// source is made; what can't be read is not trusted.
-    std::filesystem::path authorities;
 };
 
 /// Projects in git repositories over HTTP(S). `budget`: shared with other sources; null: one of its own.
 std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params,
                                                Logger log, std::shared_ptr<FetchBudget> budget = nullptr);
 
-/// Where the templates of websites and our keys for these are, and how patient we are with them.
+/// What the configuration says of websites.
 struct WebsiteSourceParams
 {
     WebsiteSourceParams() = default;
 
-    std::filesystem::path projects; ///< Folder of the templates.
-    /// Folder with a file for each website, named as its host, whose first line is our key. Read anew for
-    /// each fetch. Other websites are sent nothing.
-    std::filesystem::path keys;
-    std::uint64_t low_speed = 1'000; ///< Bytes per second. A website that stays below is given up; 0: never.
-    Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
-    std::filesystem::path authorities;                  ///< As in `GitSourceParams`.
+    WebsiteSourceConfig config;
+    HttpClientConfig http; ///< As in `GitSourceParams`.
 };
 
 /// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the

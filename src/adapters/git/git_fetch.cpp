@@ -138,7 +138,7 @@ GitOutcome GitFetch::carry_out(ListRefs const& action)
     // A question that the cache could answer, if need be, does not wait as long as others.
     if (action.version_2 && cache_.recall(url_, order_.project.ref_and_folder))
         limits.http.deadline =
-            std::min(limits.http.deadline, std::chrono::steady_clock::now() + params_.patience);
+            std::min(limits.http.deadline, std::chrono::steady_clock::now() + params_.config.patience);
     auto refs = peer_.list_refs(action, limits);
     if (!refs)
         return Failed(refs.error());
@@ -406,8 +406,8 @@ CurlLimits GitFetch::http_limits(std::uint64_t bytes) const
     limits.aborted = order_.aborted;
     limits.deadline = deadline_;
     limits.bytes = bytes;
-    limits.low_speed = params_.low_speed;
-    limits.low_speed_time = params_.low_speed_time;
+    limits.low_speed = params_.config.low_speed;
+    limits.low_speed_time = params_.config.low_speed_time;
     return limits;
 }
 

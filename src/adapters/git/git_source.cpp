@@ -57,7 +57,7 @@ public:
     GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log,
               std::shared_ptr<FetchBudget> budget)
         : params_(std::move(params)), log_(std::move(log)), budget_(std::move(budget)),
-          cache_(params_.cache, params_.cache_bytes, budget_), checkout_(cache_.folder(), params_.instances),
+          cache_(params_.cache, params_.config, budget_), checkout_(cache_.folder(), params_.instances),
           pool_(copies, BlockingPool::Priority::background),
           cleaning_(cleaners, BlockingPool::Priority::background), executor_(std::move(executor))
     {
@@ -253,7 +253,7 @@ private:
     GitSourceParams params_;
     Logger log_;
     std::shared_ptr<FetchBudget> budget_;
-    adapters::CurlHttp http_{params_.authorities};
+    adapters::CurlHttp http_{params_.http};
     adapters::GitServers servers_;
     adapters::GitCache cache_;
     adapters::GitCheckout checkout_;

@@ -138,8 +138,8 @@ GitIncoming::~GitIncoming()
         remove_tree(folder_);
 }
 
-GitCache::GitCache(fs::path folder, std::uint64_t max_bytes, std::shared_ptr<FetchBudget> budget)
-    : max_bytes_(max_bytes), budget_(std::move(budget))
+GitCache::GitCache(fs::path folder, GitSourceConfig config, std::shared_ptr<FetchBudget> budget)
+    : config_(std::move(config)), budget_(std::move(budget))
 {
     open(folder);
     if (!usable_)
@@ -495,7 +495,7 @@ void GitCache::remove_unused()
 
 bool GitCache::trim()
 {
-    return trim_to(max_bytes_);
+    return trim_to(config_.cache_bytes);
 }
 
 bool GitCache::make_room()

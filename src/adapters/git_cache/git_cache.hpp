@@ -8,6 +8,7 @@
 
 #include "core/git/git_refs.hpp"
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 
 #include <atomic>
@@ -67,7 +68,7 @@ class GitCache
 public:
     /// Uses `folder`, or a sibling when another process uses it. `budget`, which may be null, accounts for
     /// the memory that folders in use need.
-    GitCache(std::filesystem::path folder, std::uint64_t max_bytes,
+    GitCache(std::filesystem::path folder, GitSourceConfig config,
              std::shared_ptr<FetchBudget> budget = nullptr);
     ~GitCache();
 
@@ -158,7 +159,7 @@ private:
     void pay_for_index(GitSnapshot& snapshot);
 
     std::filesystem::path folder_;
-    std::uint64_t max_bytes_;
+    GitSourceConfig config_;
     std::shared_ptr<FetchBudget> budget_;
     FileDescriptor lock_;
     result<> usable_;

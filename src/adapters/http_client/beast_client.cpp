@@ -172,8 +172,8 @@ struct IdleConnection
 class BeastClient final : public HttpClient
 {
 public:
-    BeastClient(asio::any_io_executor executor, std::filesystem::path authorities, Logger log)
-        : executor_(std::move(executor)), servers_(executor_, std::move(authorities), std::move(log))
+    BeastClient(asio::any_io_executor executor, HttpClientConfig config, Logger log)
+        : executor_(std::move(executor)), servers_(executor_, std::move(config), std::move(log))
     {}
 
     asio::awaitable<result<HttpResponse>> send(HttpRequest request) override;
@@ -288,10 +288,10 @@ bool BeastClient::may_keep(Connection& connection) const
 
 } // namespace
 
-std::unique_ptr<HttpClient> make_http_client(asio::any_io_executor executor,
-                                             std::filesystem::path authorities, Logger log)
+std::unique_ptr<HttpClient> make_http_client(asio::any_io_executor executor, HttpClientConfig config,
+                                             Logger log)
 {
-    return std::make_unique<BeastClient>(std::move(executor), std::move(authorities), std::move(log));
+    return std::make_unique<BeastClient>(std::move(executor), std::move(config), std::move(log));
 }
 
 } // namespace webots_cloud

@@ -375,8 +375,8 @@ private:
 class BeastWebSocketClient final : public WebSocketClient
 {
 public:
-    BeastWebSocketClient(asio::any_io_executor executor, std::filesystem::path authorities, Logger log)
-        : executor_(std::move(executor)), servers_(executor_, std::move(authorities), std::move(log))
+    BeastWebSocketClient(asio::any_io_executor executor, HttpClientConfig config, Logger log)
+        : executor_(std::move(executor)), servers_(executor_, std::move(config), std::move(log))
     {}
 
     asio::awaitable<result<std::unique_ptr<Channel>>> connect(WebSocketRequest request) override;
@@ -444,10 +444,9 @@ BeastWebSocketClient::open(WebSocketRequest const& request, ServerTarget const& 
 } // namespace
 
 std::unique_ptr<WebSocketClient> make_websocket_client(asio::any_io_executor executor,
-                                                       std::filesystem::path authorities, Logger log)
+                                                       HttpClientConfig config, Logger log)
 {
-    return std::make_unique<BeastWebSocketClient>(std::move(executor), std::move(authorities),
-                                                  std::move(log));
+    return std::make_unique<BeastWebSocketClient>(std::move(executor), std::move(config), std::move(log));
 }
 
 } // namespace webots_cloud

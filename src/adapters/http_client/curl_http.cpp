@@ -297,7 +297,8 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
     return static_cast<int>(status);
 }
 
-CurlHttp::CurlHttp(std::filesystem::path const& authorities) : authorities_(text_of(authorities))
+CurlHttp::CurlHttp(HttpClientConfig config)
+    : config_(std::move(config)), authorities_(text_of(config_.authorities))
 {
     static auto const initialized = curl_global_init(CURL_GLOBAL_DEFAULT);
     (void)initialized;

@@ -4,6 +4,7 @@
 #include "core/access/ip_address.hpp"
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/network_config.hpp>
 #include <webots_cloud/transport/clock.hpp>
 
 #include <atomic>
@@ -60,9 +61,8 @@ struct CurlRequest
 class CurlHttp
 {
 public:
-    /// `authorities`: PEM file of certificates that are trusted besides the system's authorities, read now;
-    /// empty: none.
-    explicit CurlHttp(std::filesystem::path const& authorities = {});
+    /// The file of `config.authorities` is read now.
+    explicit CurlHttp(HttpClientConfig config = HttpClientConfig());
     ~CurlHttp();
 
     /// The status of the answer; the body has gone to the sink when it is 200, and of others at most 64 kB
@@ -78,7 +78,8 @@ private:
     std::unique_ptr<Handle> take();
     void give_back(std::unique_ptr<Handle> handle);
 
-    std::string const authorities_; ///< The text of that file.
+    HttpClientConfig const config_;
+    std::string const authorities_; ///< The text of its file.
     std::mutex mutex_;
     std::vector<std::unique_ptr<Handle>> idle_;
 };

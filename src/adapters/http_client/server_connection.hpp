@@ -7,6 +7,7 @@
 #include "adapters/tls/tls_trust.hpp"
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/network_config.hpp>
 #include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
@@ -58,10 +59,9 @@ result<ServerTarget> parse_websocket_target(std::string const& url);
 class ServerDirectory
 {
 public:
-    /// `authorities` and `log` as for `TlsTrust`.
-    ServerDirectory(boost::asio::any_io_executor const& executor, std::filesystem::path authorities,
-                    Logger log)
-        : trust_(std::move(authorities), std::move(log)), resolver_(executor)
+    /// `log` as for `TlsTrust`.
+    ServerDirectory(boost::asio::any_io_executor const& executor, HttpClientConfig config, Logger log)
+        : trust_(std::move(config.authorities), std::move(log)), resolver_(executor)
     {}
 
     /// Cancellation, errors: as `NameResolver::resolve`.   Lifetime: `target` must outlive the operation.

@@ -112,9 +112,9 @@ private:
 
     result<> copy_template()
     {
-        auto const from = params_.projects / plan_.project;
+        auto const from = params_.config.projects / plan_.project;
         std::error_code failed;
-        if (params_.projects.empty() || !fs::is_directory(from, failed))
+        if (params_.config.projects.empty() || !fs::is_directory(from, failed))
             return core::refused(core::Refused::no_template,
                                  {{"name", core::printable(project_.project, 100)}});
         fs::create_directory(order_.directory, failed);
@@ -137,8 +137,8 @@ private:
         limits.aborted = &aborted_;
         limits.deadline = deadline_;
         limits.bytes = order_.limits.bytes;
-        limits.low_speed = params_.low_speed;
-        limits.low_speed_time = params_.low_speed_time;
+        limits.low_speed = params_.config.low_speed;
+        limits.low_speed_time = params_.config.low_speed_time;
         auto const archive = adapters::download_archive(http_, project_, *plan_.download, limits, root->get(),
                                                         share_, *order_.progress);
         if (!archive)
@@ -213,7 +213,7 @@ public:
         if (!order.website)
             co_return Failure(errc::invalid_argument, "this order names no project of a website");
         auto const host = order.website->host();
-        auto look = [keys = params_.keys, host] { return read_key(keys, host); };
+        auto look = [keys = params_.config.keys, host] { return read_key(keys, host); };
         auto const key = co_await local_.run(std::move(look));
         if (!key)
             co_return key.error();
@@ -234,8 +234,8 @@ public:
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {
         auto const is_runnable = core::is_runnable_name(fs::path(order.file).filename().string());
-        auto work = [from = params_.projects / order.website->project, also = is_runnable ? runnable : 0,
-                     order = std::move(order)] {
+        auto work = [from = params_.config.projects / order.website->project,
+                     also = is_runnable ? runnable : 0, order = std::move(order)] {
             return adapters::restore_file(from, order.root, order.file, also);
         };
         co_return co_await local_.run(std::move(work));
@@ -258,7 +258,7 @@ private:
     WebsiteSourceParams params_;
     Logger log_;
     std::shared_ptr<FetchBudget> budget_;
-    adapters::CurlHttp http_{params_.authorities};
+    adapters::CurlHttp http_{params_.http};
     adapters::BlockingPool local_; // these end their threads before anything that they use goes
     std::unordered_map<std::string, adapters::BlockingPool> downloading_; ///< By host.
 };

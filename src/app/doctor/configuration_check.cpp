@@ -71,10 +71,11 @@ Findings website_findings(SimulationConfig const& config)
     if (config.docker)
         return findings;
     std::error_code ignored;
-    if (fs::is_directory(config.projects_dir, ignored)) // a missing one is told by the configuration itself
-        require("projectsDir", config.projects_dir, "Websites have no templates to start from.");
-    if (config.key_dir != SimulationConfig().key_dir)
-        require("keyDir", config.key_dir, "Projects are fetched from websites without a key.");
+    if (fs::is_directory(config.websites.projects,
+                         ignored)) // a missing one is told by the configuration itself
+        require("projectsDir", config.websites.projects, "Websites have no templates to start from.");
+    if (config.websites.keys != SimulationConfig().websites.keys)
+        require("keyDir", config.websites.keys, "Projects are fetched from websites without a key.");
     return findings;
 }
 

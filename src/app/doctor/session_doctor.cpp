@@ -100,7 +100,7 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
                                  Progress progress)
 {
     auto const clock = make_steady_clock(executor);
-    auto const http = make_http_client(executor, config.ca_file);
+    auto const http = make_http_client(executor, config.http_client);
     auto findings = port_findings(config.address.port, config.network, viewpoint.is_running);
     for (auto& each : machine_findings(wanted_memory, wanted_files))
         findings.push_back(std::move(each));

@@ -48,8 +48,8 @@ OwnFiles session_server_files(SessionConfig const& config, std::filesystem::path
 {
     OwnFiles files;
     files.read = read_by_each_server(config_file, config.network, config.access);
-    if (!config.ca_file.empty())
-        files.read.push_back(config.ca_file.parent_path());
+    if (!config.http_client.authorities.empty())
+        files.read.push_back(config.http_client.authorities.parent_path());
     if (!config.service.teacher_password_file.empty())
         files.read.push_back(config.service.teacher_password_file.parent_path());
     files.write = {config.log_dir, socket.parent_path(), "/dev/null"};

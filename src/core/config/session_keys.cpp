@@ -127,7 +127,7 @@ constexpr std::array session_machines{
         .max = highest_port,
     },
     ConfigKey{.name = "caFile",
-              .value = member<&SessionConfig::ca_file>,
+              .value = member<&SessionConfig::http_client, &HttpClientConfig::authorities>,
               .text = "PEM file of certificates, of authorities or of machines, that are trusted besides the "
                       "system's where machines are asked by https; read again when it changes"},
     ConfigKey{.name = "loadRefresh",

@@ -11,12 +11,12 @@ OwnFiles simulation_server_files(SimulationConfig const& config, SimulationFiles
     for (auto const& forge : config.forges)
         if (!forge.is_server()) // what comes from servers is in `caches`
             files.read.push_back(forge.directory);
-    if (!config.ca_file.empty())
-        files.read.push_back(config.ca_file.parent_path());
+    if (!config.http_client.authorities.empty())
+        files.read.push_back(config.http_client.authorities.parent_path());
     if (config.docker) {
         files.read.push_back(config.containers.directory);
     } else {
-        files.read.push_back(config.key_dir);
+        files.read.push_back(config.websites.keys);
         files.read.push_back(context.templates);
     }
     // Not the folder that holds the directories of simulations: what is in there is used by root's programs.

@@ -103,7 +103,7 @@ constexpr std::array simulation_worlds{
               .standard = R"(["https://github.com"])",
               .keys = forge_keys},
     ConfigKey{.name = "caFile",
-              .value = member<&SimulationConfig::ca_file>,
+              .value = member<&SimulationConfig::http_client, &HttpClientConfig::authorities>,
               .text = "PEM file of certificates, of authorities or of servers, that are trusted besides the "
                       "system's where forges, websites and registries are asked by https"},
     ConfigKey{.name = "allowedRepositories",
@@ -130,17 +130,17 @@ constexpr std::array simulation_worlds{
                       "their own simulation while it runs",
               .reloaded = true},
     ConfigKey{.name = "projectsDir",
-              .value = member<&SimulationConfig::projects_dir>,
+              .value = member<&SimulationConfig::websites, &WebsiteSourceConfig::projects>,
               .text = "folder of the templates for the projects of websites, see "
                       "[docs/projects.md](docs/projects.md#projects-of-websites)",
               .absent = "that of Webots"},
     ConfigKey{
         .name = "keyDir",
-        .value = member<&SimulationConfig::key_dir>,
+        .value = member<&SimulationConfig::websites, &WebsiteSourceConfig::keys>,
         .text = "folder of the keys for the projects of websites",
     },
     ConfigKey{.name = "cacheSize",
-              .value = member<&SimulationConfig::cache_bytes>,
+              .value = member<&SimulationConfig::git, &GitSourceConfig::cache_bytes>,
               .text =
                   "maximum size of the cache of fetched projects, see [docs/projects.md](docs/projects.md)",
               .unit = "gigabytes",

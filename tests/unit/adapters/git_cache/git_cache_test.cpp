@@ -21,6 +21,13 @@ namespace {
 
 constexpr auto url = "https://forge.org/owner/robots.git";
 
+GitSourceConfig small_cache()
+{
+    GitSourceConfig config;
+    config.cache_bytes = 1'000'000;
+    return config;
+}
+
 struct GitCacheFixture
 {
     GitCacheFixture()
@@ -28,7 +35,7 @@ struct GitCacheFixture
         auto name = (fs::temp_directory_path() / "webots_cloud_cache_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
         folder = name;
-        cache.emplace(folder / "cache", 1'000'000);
+        cache.emplace(folder / "cache", small_cache());
         BOOST_TEST_REQUIRE(cache->usable().has_value());
     }
 
@@ -85,7 +92,7 @@ struct GitCacheFixture
     void reopen()
     {
         cache.reset();
-        cache.emplace(folder / "cache", 1'000'000);
+        cache.emplace(folder / "cache", small_cache());
     }
 
     fs::path folder;
@@ -121,7 +128,7 @@ BOOST_AUTO_TEST_CASE(a_cache_that_somebody_removes_is_made_anew_and_locked)
     BOOST_TEST((cache->find(url, target) == nullptr));
     auto const again = publish();
     BOOST_TEST((cache->find(url, target) == again));
-    adapters::GitCache const other(folder / "cache", 1'000'000);
+    adapters::GitCache const other(folder / "cache", small_cache());
     BOOST_TEST(other.folder() == folder / "cache-1");
 }
 
@@ -261,7 +268,7 @@ BOOST_AUTO_TEST_CASE(what_is_in_the_place_of_its_folders_is_set_aside)
             cache.reset();
             fs::remove_all(place);
             fs::create_directory_symlink(victim, place);
-            cache.emplace(folder / "cache", 1'000'000);
+            cache.emplace(folder / "cache", small_cache());
             BOOST_TEST_REQUIRE(cache->usable().has_value());
             BOOST_TEST(cache->take_notices().front().find(place.string() + " was not what it has to be") ==
                        0u);

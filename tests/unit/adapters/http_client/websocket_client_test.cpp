@@ -117,7 +117,7 @@ Heard listen(ServerSide& stream)
 struct Fixture
 {
     explicit Fixture(std::filesystem::path authorities = {})
-        : client(make_websocket_client(context.get_executor(), std::move(authorities)))
+        : client(make_websocket_client(context.get_executor(), HttpClientConfig(std::move(authorities))))
     {}
 
     template<class T>

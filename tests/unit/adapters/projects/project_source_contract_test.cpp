@@ -70,7 +70,7 @@ struct Website
     std::unique_ptr<ProjectSource> make(asio::any_io_executor, fs::path const& projects)
     {
         WebsiteSourceParams params;
-        params.projects = projects;
+        params.config.projects = projects;
         return make_website_source(std::move(params), Logger());
     }
 

@@ -69,8 +69,8 @@ struct WebsiteSourceFixture
         std::ofstream(folder / "projects" / "robots" / "worlds" / "a.wbt") << "#VRML_SIM R2021b utf8\n";
         fs::create_directory(folder / "keys");
         std::ofstream(folder / "keys" / "127.0.0.1") << "secret\n";
-        params.projects = folder / "projects";
-        params.keys = folder / "keys";
+        params.config.projects = folder / "projects";
+        params.config.keys = folder / "keys";
         order.website.emplace();
         order.website->project = "robots";
         order.website->world = "a.wbt";

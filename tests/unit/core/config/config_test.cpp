@@ -302,8 +302,8 @@ BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_may_speak_tls)
     BOOST_TEST(parsed->warnings.empty());
     BOOST_TEST(parsed->config.service.gateway);
     BOOST_TEST(parsed->config.simulation_servers[0].internal_address == "https://sim2.s.org:2000");
-    BOOST_TEST(parsed->config.ca_file == "tls/campus.pem");
-    BOOST_TEST(session("")->config.ca_file.empty());
+    BOOST_TEST(parsed->config.http_client.authorities == "tls/campus.pem");
+    BOOST_TEST(session("")->config.http_client.authorities.empty());
     auto const other = machines(R"({"address":"s.org/3000","internal":"wss://sim2:2000"})");
     BOOST_TEST_REQUIRE(other->warnings.size() == 1u);
     BOOST_TEST(other->warnings[0].find("set that to 3000 there") != std::string::npos);
@@ -515,9 +515,9 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST((config.launching.timeout == std::chrono::seconds(7200)));
     BOOST_TEST_REQUIRE(config.forges.size() == 1u);
     BOOST_TEST(config.forges[0].url == "https://github.com");
-    BOOST_TEST(config.projects_dir.empty());
-    BOOST_TEST(config.key_dir == "key");
-    BOOST_TEST(config.ca_file.empty());
+    BOOST_TEST(config.websites.projects.empty());
+    BOOST_TEST(config.websites.keys == "key");
+    BOOST_TEST(config.http_client.authorities.empty());
     BOOST_TEST(config.address.host == "localhost");
     BOOST_TEST(!config.docker);
     BOOST_TEST(config.service.repositories.allowed.empty());
@@ -541,7 +541,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
     BOOST_TEST(!config.service.reconnect_grace);
     BOOST_TEST(!config.service.reference_load);
     BOOST_TEST((config.simulation_log_keep == std::chrono::hours(24 * 7)));
-    BOOST_TEST(config.cache_bytes == std::uint64_t{10} << 30);
+    BOOST_TEST(config.git.cache_bytes == std::uint64_t{10} << 30);
     BOOST_TEST(config.containers.directory == "/etc/docker");
     BOOST_TEST(config.containers.images == "cyberbotics/webots.cloud");
     BOOST_TEST(!config.containers.project_dockerfiles);

@@ -27,7 +27,7 @@ BOOST_AUTO_TEST_CASE(what_may_be_renewed_is_reached_by_its_folder)
     config.access.operator_token_file = "/srv/token";
     config.access.session_secret = "/secrets/session";
     config.network.challenge_folder = "/var/www/acme";
-    config.ca_file = "/authorities/campus.pem";
+    config.http_client.authorities = "/authorities/campus.pem";
     config.service.teacher_password_file = "/school/password";
     auto const files = session_server_files(config, "/opt/conf/session.json", "/run/w/session-1999.sock");
     for (auto const* folder : {"/opt/conf", "/certs/live", "/keys", "/srv", "/secrets", "/var/www/acme",

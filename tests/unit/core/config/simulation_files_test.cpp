@@ -32,7 +32,7 @@ SimulationConfig config()
 {
     SimulationConfig config;
     config.log_dir = "/var/log/w";
-    config.key_dir = "/srv/key";
+    config.websites.keys = "/srv/key";
     ForgeConfig folder("local:");
     folder.directory = "/srv/worlds";
     config.forges.push_back(folder);
@@ -62,7 +62,7 @@ BOOST_AUTO_TEST_CASE(what_may_be_renewed_is_reached_by_its_folder)
     with_secrets.network.challenge_folder = "/srv/challenges";
     with_secrets.access.operator_token_file = "/srv/t/token";
     with_secrets.access.session_secret = "/srv/s/secret";
-    with_secrets.ca_file = "/authorities/campus.pem";
+    with_secrets.http_client.authorities = "/authorities/campus.pem";
     auto const files = simulation_server_files(with_secrets, context());
     for (auto const* folder : {"/certs/live", "/keys", "/authorities", "/srv/challenges", "/srv/t", "/srv/s"})
         BOOST_TEST(has(files.read, folder), folder);

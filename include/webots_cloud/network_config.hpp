@@ -1,0 +1,49 @@
+// How a server meets the network: keys that both configurations have, as the adapters obey them.
+#pragma once
+
+#include <webots_cloud/export.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace WEBOTS_CLOUD_API webots_cloud {
+
+/// The keys that the HTTP server obeys.
+struct NetworkConfig
+{
+    NetworkConfig() = default;
+
+    /// `sslCertificate` and `sslKey`: PEM files, both or neither. Empty: plain HTTP, usually behind a proxy.
+    std::filesystem::path ssl_certificate;
+    std::filesystem::path ssl_key;
+    /// `redirectPort`: a port without TLS that leads to the one with TLS. 0: none.
+    std::uint16_t redirect_port = 0;
+    /// `challengeFolder`: what `certbot --webroot` writes into, for that port. Empty: none.
+    std::filesystem::path challenge_folder;
+    std::string listen_address = "::";  ///< `listenAddress`: `::` is every address, of IPv4 too.
+    int connections_per_address = 1000; ///< `connectionsPerAddress`; trusted proxies have no limit.
+    /// `pingTimeout`, in seconds: a WebSocket that was silent for this time, although it was pinged, is
+    /// lost. 0: never.
+    Duration ping_timeout = std::chrono::seconds(60);
+    /// `pingInterval`, in seconds: a WebSocket that was silent for this time is pinged. Many proxies cut
+    /// what is silent for 30 s.
+    Duration ping_interval = std::chrono::seconds(20);
+    /// `trustedProxies`: addresses and networks of proxies that are believed about who their clients are.
+    std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
+};
+
+/// The keys that clients of other servers obey: of HTTP and WebSockets, and those that get projects.
+struct HttpClientConfig
+{
+    HttpClientConfig() = default;
+    explicit HttpClientConfig(std::filesystem::path authorities) : authorities(std::move(authorities)) {}
+
+    /// `caFile`: PEM file of certificates that are trusted besides the system's authorities; empty: none.
+    std::filesystem::path authorities;
+};
+
+} // namespace webots_cloud
