@@ -79,7 +79,7 @@ result<> serve(Configuration configuration, Page page, std::string key)
     if (!log)
         return log.error();
     webots_cloud::HttpServerParams params;
-    params.address = configuration.address;
+    params.network.listen_address = configuration.address;
     params.port = configuration.port;
     asio::thread_pool disk(1);
     Website website(std::move(configuration), std::move(page), std::move(key), disk, *log);

@@ -4,6 +4,7 @@
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -17,22 +18,39 @@ struct NetworkConfig
 {
     NetworkConfig() = default;
 
+    /// How long a WebSocket may be silent before it is pinged, again and again.
+    Duration ping_after() const
+    {
+        return ping_timeout > Duration::zero() ? std::min(ping_interval, ping_timeout / 2) : ping_interval;
+    }
+
+    /// From the first ping to being lost. 0: never.
+    Duration pong_timeout() const
+    {
+        return ping_timeout > Duration::zero() ? ping_timeout - ping_after() : Duration::zero();
+    }
+
     /// `sslCertificate` and `sslKey`: PEM files, both or neither. Empty: plain HTTP, usually behind a proxy.
+    /// They are read again when they change; connections that exist keep the certificate that they were made
+    /// with.
     std::filesystem::path ssl_certificate;
     std::filesystem::path ssl_key;
     /// `redirectPort`: a port without TLS that leads to the one with TLS. 0: none.
     std::uint16_t redirect_port = 0;
     /// `challengeFolder`: what `certbot --webroot` writes into, for that port. Empty: none.
     std::filesystem::path challenge_folder;
-    std::string listen_address = "::";  ///< `listenAddress`: `::` is every address, of IPv4 too.
-    int connections_per_address = 1000; ///< `connectionsPerAddress`; trusted proxies have no limit.
+    std::string listen_address = "::"; ///< `listenAddress`: `::` is every address, of IPv4 too.
+    /// `connectionsPerAddress`: more are answered 503 (or just closed, with TLS). Three quarters of all
+    /// connections that the limit of open files allows, if that is less. Trusted proxies have no limit.
+    int connections_per_address = 1000;
     /// `pingTimeout`, in seconds: a WebSocket that was silent for this time, although it was pinged, is
-    /// lost. 0: never.
+    /// lost. 0: never, but pings still keep proxies from closing the connection.
     Duration ping_timeout = std::chrono::seconds(60);
     /// `pingInterval`, in seconds: a WebSocket that was silent for this time is pinged. Many proxies cut
     /// what is silent for 30 s.
     Duration ping_interval = std::chrono::seconds(20);
-    /// `trustedProxies`: addresses and networks of proxies that are believed about who their clients are.
+    /// `trustedProxies`: addresses and networks, as in `10.0.0.0/8`, of proxies that are believed about who
+    /// their clients are. Default: this computer.
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
 };
 

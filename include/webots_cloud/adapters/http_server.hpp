@@ -3,6 +3,7 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/network_config.hpp>
 #include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -26,12 +27,8 @@ struct HttpServerParams
 {
     HttpServerParams() = default;
 
-    std::string address = "::"; ///< Where to listen; `::` is every address, of IPv4 too.
-    std::uint16_t port = 0;     ///< 0: any free one, see `HttpServer::port`.
-    /// PEM files of the certificate, with its chain, and its key. Empty: plain HTTP. They are read again when
-    /// they change; connections that exist keep the certificate that they were made with.
-    std::filesystem::path tls_certificate;
-    std::filesystem::path tls_key;
+    NetworkConfig network;  ///< All but the port that leads to the one with TLS.
+    std::uint16_t port = 0; ///< 0: any free one, see `HttpServer::port`.
     /// PEM file of certificates that are trusted besides the system's authorities, where requests are passed
     /// on by TLS (`Upstream::tls`). It is read again when it changes.
     std::filesystem::path tls_authorities;
@@ -39,15 +36,9 @@ struct HttpServerParams
         256 * 1024; ///< Waiting for a browser that does not read; more, and it is dropped.
     std::size_t message_bytes =
         64 * 1024; ///< The longest message of a browser; a longer one closes with 1009.
-    /// More are answered 503 (or just closed, with TLS). Three quarters of all connections that the limit of
-    /// open files allows, if that is less.
-    std::size_t connections_per_address = 1000;
     /// How many bytes the bodies of all requests may have in memory together; each client a quarter of that.
     /// What is beyond is answered 503.
     std::size_t body_bytes = std::size_t{64} << 20;
-    /// Addresses and networks, as in `10.0.0.0/8`, of proxies. The limit is not theirs, and what they say of
-    /// their clients in X-Forwarded-For (or Forwarded) is believed. Default: this computer.
-    std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
     std::size_t max_connections = SIZE_MAX; ///< Fewer where the limit of open files is lower.
     std::size_t spare_descriptors =
         64; ///< Of the limit of open files, kept for everything that is no connection.
@@ -59,9 +50,6 @@ struct HttpServerParams
     Duration body_timeout = std::chrono::seconds(30);  ///< For a whole body.
     Duration idle_timeout = std::chrono::seconds(75);  ///< Between two requests of one connection.
     Duration write_timeout = std::chrono::seconds(30); ///< To take an answer.
-    Duration ping_after =
-        std::chrono::seconds(20); ///< A WebSocket silent for that long is pinged, again and again.
-    Duration pong_timeout = std::chrono::seconds(40); ///< From the first ping to being dropped. 0: never.
     Duration stop_timeout =
         std::chrono::seconds(1); ///< For browsers to answer our close when the server stops.
     // Of requests that are passed on (`Forward`)

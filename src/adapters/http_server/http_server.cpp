@@ -72,7 +72,8 @@ class NetworkServer final : public HttpServer
 public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
-          proxies_(params_.trusted_proxies), limit_(params_.connections_per_address, statistics_, log_),
+          proxies_(params_.network.trusted_proxies),
+          limit_(static_cast<std::size_t>(params_.network.connections_per_address), statistics_, log_),
           handshakes_(executor_, memory_), tunnels_(executor_, params_, statistics_),
           upstreams_(executor_, params_, statistics_, log_),
           context_{params_,     nullptr,  log_,       statistics_,  proxies_, limit_,
@@ -147,8 +148,8 @@ result<> NetworkServer::listen()
     if (!proxies_.malformed().empty())
         return Failure(errc::invalid_config,
                        concat("A trusted proxy is neither an address nor a network: ", proxies_.malformed()));
-    if (!params_.tls_certificate.empty()) {
-        certificate_.emplace(params_.tls_certificate, params_.tls_key, log_);
+    if (!params_.network.ssl_certificate.empty()) {
+        certificate_.emplace(params_.network.ssl_certificate, params_.network.ssl_key, log_);
         if (auto const loaded = certificate_->load(); !loaded)
             return loaded;
     }
@@ -157,7 +158,7 @@ result<> NetworkServer::listen()
         adapters::affordable_connections(params_.spare_descriptors +
                                          (params_.keeps_watches ? adapters::WatchReserve::descriptors : 0)));
     limit_.leave_room(max_connections_);
-    auto listening = acceptor_.listen(params_.address, params_.port);
+    auto listening = acceptor_.listen(params_.network.listen_address, params_.port);
     if (listening && params_.keeps_watches)
         acceptor_.keep_watches();
     return listening;

@@ -276,7 +276,7 @@ std::string WebSocketChannel::why_lost() const
         return "what came last was not from a browser: a proxy in between may have closed the connection";
     if (!silent_)
         return "the connection broke without a close frame";
-    auto const patience = params_.ping_after + params_.pong_timeout;
+    auto const patience = params_.network.ping_after() + params_.network.pong_timeout();
     return core::concat("the browser answered no ping for ", core::seconds_rounded_up(patience),
                         " s: it may be asleep, or its network gone (\"pingTimeout\")");
 }
@@ -303,11 +303,11 @@ void WebSocketChannel::check(TimePoint now)
         return;
     if (!awaiting_read_)
         last_heard_ = now; // it may have said much; it is we who do not listen
-    if (now - std::max(last_heard_, last_pinged_) < params_.ping_after)
+    if (now - std::max(last_heard_, last_pinged_) < params_.network.ping_after())
         return;
     last_pinged_ = now;
-    if (!awaits_pong() && params_.pong_timeout > Duration::zero())
-        deadline_ = now + params_.pong_timeout;
+    if (!awaits_pong() && params_.network.pong_timeout() > Duration::zero())
+        deadline_ = now + params_.network.pong_timeout();
     if (outgoing_.empty())
         append_ping_frame(outgoing_);
     write();

@@ -62,11 +62,11 @@ int main(int argc, char** argv)
     std::signal(SIGPIPE, SIG_IGN);
     boost::asio::io_context context(1);
     HttpServerParams params;
-    params.address = "127.0.0.1";
+    params.network.listen_address = "127.0.0.1";
     params.port = static_cast<std::uint16_t>(std::atoi(argv[1]));
     if (argc >= 5) {
-        params.tls_certificate = argv[3];
-        params.tls_key = argv[4];
+        params.network.ssl_certificate = argv[3];
+        params.network.ssl_key = argv[4];
     }
     if (argc == 6)
         params.tls_authorities = argv[5];

@@ -45,7 +45,7 @@ int main()
     asio::io_context context(1);
     Greeter greeter;
     HttpServerParams params;
-    params.address = "127.0.0.1";
+    params.network.listen_address = "127.0.0.1";
     auto const http = make_http_client(context.get_executor());
     auto const server = make_http_server(context.get_executor(), params, {});
     GitSourceParams cached;

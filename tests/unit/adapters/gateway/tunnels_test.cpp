@@ -190,8 +190,8 @@ BOOST_AUTO_TEST_CASE(browsers_may_come_over_tls)
 {
     SignedItself const certificate("tunnels");
     HttpServerParams params;
-    params.tls_certificate = certificate.certificate();
-    params.tls_key = certificate.key();
+    params.network.ssl_certificate = certificate.certificate();
+    params.network.ssl_key = certificate.key();
     RunningServer server(params);
     OtherServer other;
     server.endpoint.forward = other.forward();
@@ -461,8 +461,8 @@ BOOST_AUTO_TEST_CASE(when_the_server_stops_tunnels_are_cut_in_time)
 BOOST_AUTO_TEST_CASE(a_tunnel_is_one_of_the_connections_of_its_address)
 {
     HttpServerParams params;
-    params.connections_per_address = 2;
-    params.trusted_proxies.clear();
+    params.network.connections_per_address = 2;
+    params.network.trusted_proxies.clear();
     RunningServer server(params);
     OtherServer other;
     auto first = std::make_unique<OpenTunnel>(server, other);
@@ -477,7 +477,7 @@ BOOST_AUTO_TEST_CASE(a_tunnel_is_one_of_the_connections_of_its_address)
 BOOST_AUTO_TEST_CASE(tunnels_through_a_proxy_are_counted_by_client)
 {
     HttpServerParams params;
-    params.connections_per_address = 1;
+    params.network.connections_per_address = 1;
     RunningServer server(params);
     OtherServer other;
     server.endpoint.forward = other.forward();

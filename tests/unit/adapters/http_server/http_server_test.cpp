@@ -253,8 +253,8 @@ BOOST_AUTO_TEST_CASE(half_sent_requests_are_answered_408_and_silent_connections_
 BOOST_AUTO_TEST_CASE(an_address_has_a_limit_of_connections_and_room_again_when_some_end)
 {
     HttpServerParams params;
-    params.connections_per_address = 3;
-    params.trusted_proxies.clear();
+    params.network.connections_per_address = 3;
+    params.network.trusted_proxies.clear();
     RunningServer server(params);
     std::vector<std::optional<Client>> clients(3);
     for (auto& client : clients)
@@ -301,7 +301,7 @@ BOOST_AUTO_TEST_CASE(a_trusted_proxy_says_for_whom_it_asks)
 BOOST_AUTO_TEST_CASE(websockets_behind_a_proxy_are_counted_by_client)
 {
     HttpServerParams params;
-    params.connections_per_address = 2;
+    params.network.connections_per_address = 2;
     RunningServer server(params);
     auto const from = [](std::string const& client) {
         return "X-Forwarded-For: 192.0.2." + std::to_string(client.size()) + ", " + client + "\r\n";
@@ -336,7 +336,7 @@ BOOST_AUTO_TEST_CASE(websockets_behind_a_proxy_are_counted_by_client)
 BOOST_AUTO_TEST_CASE(what_others_claim_is_not_believed)
 {
     HttpServerParams params;
-    params.trusted_proxies = {"10.0.0.0/8"};
+    params.network.trusted_proxies = {"10.0.0.0/8"};
     RunningServer server(params);
     Client client(server);
     client.say("GET /who HTTP/1.0\r\nX-Forwarded-For: 203.0.113.7\r\nForwarded: for=203.0.113.8\r\n\r\n");
@@ -347,7 +347,7 @@ BOOST_AUTO_TEST_CASE(a_trusted_proxy_that_is_no_address_is_refused)
 {
     boost::asio::io_context context;
     HttpServerParams params;
-    params.trusted_proxies = {"::1", "proxy.example.org"};
+    params.network.trusted_proxies = {"::1", "proxy.example.org"};
     auto const server = make_http_server(context.get_executor(), params, Logger());
     auto const listening = server->listen();
     BOOST_TEST_REQUIRE(!listening);
@@ -359,7 +359,7 @@ BOOST_AUTO_TEST_CASE(a_trusted_proxy_that_is_no_address_is_refused)
 BOOST_AUTO_TEST_CASE(this_computer_has_no_limit_because_proxies_are_there)
 {
     HttpServerParams params;
-    params.connections_per_address = 1;
+    params.network.connections_per_address = 1;
     RunningServer server(params);
     Client first(server);
     Client second(server);
@@ -570,8 +570,8 @@ BOOST_AUTO_TEST_CASE(a_browser_that_breaks_the_protocol_is_told_why_and_closed)
 BOOST_AUTO_TEST_CASE(silent_websockets_are_pinged_and_those_that_do_not_answer_are_dropped)
 {
     HttpServerParams params;
-    params.ping_after = std::chrono::seconds(1);
-    params.pong_timeout = std::chrono::seconds(1);
+    params.network.ping_interval = std::chrono::seconds(1);
+    params.network.ping_timeout = std::chrono::seconds(2);
     RunningServer server(params);
     Client dead(server);
     dead.upgrade("/echo");
@@ -594,8 +594,8 @@ BOOST_AUTO_TEST_CASE(silent_websockets_are_pinged_and_those_that_do_not_answer_a
 BOOST_AUTO_TEST_CASE(without_a_limit_silent_websockets_are_pinged_again_and_kept)
 {
     HttpServerParams params;
-    params.ping_after = std::chrono::seconds(1);
-    params.pong_timeout = std::chrono::seconds(0);
+    params.network.ping_interval = std::chrono::seconds(1);
+    params.network.ping_timeout = std::chrono::seconds(0);
     RunningServer server(params);
     Client asleep(server);
     asleep.upgrade("/echo");

@@ -164,7 +164,7 @@ class RunningServer
 public:
     explicit RunningServer(HttpServerParams params = {})
     {
-        params.address = "127.0.0.1";
+        params.network.listen_address = "127.0.0.1";
         server_ = make_http_server(context_.get_executor(), params, Logger());
         BOOST_REQUIRE(server_->listen().has_value());
         auto finished = [this](std::exception_ptr failure, result<> outcome) {

@@ -61,8 +61,8 @@ public:
     HttpServerParams shown() const
     {
         HttpServerParams params;
-        params.tls_certificate = certificate();
-        params.tls_key = key();
+        params.network.ssl_certificate = certificate();
+        params.network.ssl_key = key();
         return params;
     }
 
