@@ -12,11 +12,12 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace webots_cloud::demo {
 namespace {
 
-constexpr std::size_t console_memory = 20; ///< lines
+constexpr std::size_t console_memory = 20; ///< lines that wait for somebody who hears them
 constexpr std::size_t max_listed_worlds = 100;
 
 } // namespace
@@ -352,7 +353,8 @@ void Simulator::welcome(ClientId client)
         send(client, "world info: " + boost::json::serialize(info));
     }
     send_world(client);
-    for (std::string const& line : console_)
+    // As of Webots: what nobody has heard waits for whoever joins first.
+    for (std::string const& line : std::exchange(console_, {}))
         send(client, line);
 }
 
@@ -400,10 +402,14 @@ void Simulator::say(std::string const& line, Output output)
 {
     if (options_.echo_console)
         print_(line);
-    console_.push_back((output == Output::standard ? "stdout:" : "stderr:") + line);
+    std::string text = (output == Output::standard ? "stdout:" : "stderr:") + line;
+    bool const is_heard =
+        std::any_of(clients_.begin(), clients_.end(), [](auto const& entry) { return entry.second.joined; });
+    if (is_heard)
+        return broadcast(std::move(text));
+    console_.push_back(std::move(text));
     if (console_.size() > console_memory)
         console_.pop_front();
-    broadcast(console_.back());
 }
 
 /// A line of the simulator itself: goes to the process's stdout.

@@ -153,7 +153,7 @@ private:
     std::int64_t published_time_ = -1; ///< of the last state that the clients were told
     Picture picture_;
     std::map<ClientId, Client> clients_; ///< ids grow, so the first entry connected first
-    std::deque<std::string> console_;    ///< recent lines as they were sent, for clients that join later
+    std::deque<std::string> console_;    ///< lines that nobody has heard
     std::optional<Point> mouse_at_;      ///< while a button is down
 };
 

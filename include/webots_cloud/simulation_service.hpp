@@ -17,6 +17,7 @@
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/picture_taker.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
+#include <webots_cloud/transport/simulator_talk.hpp>
 #include <webots_cloud/transport/text_files.hpp>
 #include <webots_cloud/transport/world_finder.hpp>
 
@@ -87,6 +88,9 @@ struct SimulationServiceHooks
     WorldFinder* world_finder = nullptr;
     /// Takes the pictures of `GET /worlds/picture/...`; must outlive the service. Null: there are none.
     PictureTaker* picture_taker = nullptr;
+    /// Says to simulators behind the gateway what their page asks for before it is connected; must outlive
+    /// the service. Null: pages say it themselves.
+    SimulatorTalk* simulator_talk = nullptr;
     /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
     std::function<std::string()> more_metrics;
 };

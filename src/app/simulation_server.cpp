@@ -174,7 +174,7 @@ struct Instruments
 {
     Instruments(asio::any_io_executor const& executor, SimulationConfig const& config, Logger const& log)
         : folder_meter(make_folder_meter()), world_finder(make_world_finder(config.forges)),
-          picture_taker(make_picture_taker(executor, log))
+          picture_taker(make_picture_taker(executor, log)), simulator_talk(make_simulator_talk(executor, log))
     {}
 
     void offer_to(SimulationServiceHooks& hooks, app::ProjectSources& sources) const
@@ -183,11 +183,13 @@ struct Instruments
         hooks.folder_meter = sources.users() ? sources.users().get() : folder_meter.get();
         hooks.world_finder = world_finder.get();
         hooks.picture_taker = picture_taker.get();
+        hooks.simulator_talk = simulator_talk.get();
     }
 
     std::unique_ptr<FolderMeter> const folder_meter;
     std::unique_ptr<WorldFinder> const world_finder;
     std::unique_ptr<PictureTaker> const picture_taker;
+    std::unique_ptr<SimulatorTalk> const simulator_talk;
 };
 
 /// Applies what `AccessControl` was made with, and the repositories and limits of the service.

@@ -337,16 +337,24 @@ class Scene(Case):
             told = [text for text in other.received[5:-1] if not text.startswith(('application/json:', 'stdout:'))]
             self.assertEqual(told, [])
 
-    async def test_console_lines_reach_those_who_join_later_too(self):
+    async def test_console_lines_that_nobody_has_heard_reach_the_first_who_joins(self):
         simulator = self.simulator('--stdout')
         async with self.joined(simulator) as browser:
             await browser.send('fast:60000')
             line = await browser.until('stdout:')
             self.assertRegex(line, r'^stdout:robot (blue|red|green|yellow): [a-z ]+ ahead$')
             await browser.until('pause: ')
-            async with self.joined(simulator) as other:
-                self.assertRegex(await other.receive(), r'^stdout:robot ')
+            await browser.send('fast:60000')
+            await browser.until('fast')
         simulator.lines_until(line.removeprefix('stdout:').encode())
+        simulator.lines_until(b'pause')
+        simulator.lines_until(b'pause')
+        async with self.joined(simulator) as first:
+            self.assertRegex(await first.receive(), r'^stdout:robot ')
+            async with self.joined(simulator) as second:
+                await second.send('pause')
+                while (text := await second.receive()) != 'paused by client':
+                    self.assertFalse(text.startswith('stdout:'), text)
 
     async def test_what_an_extern_controller_prints_is_in_the_console(self):
         user = f'demo_{os.getpid()}'

@@ -113,6 +113,25 @@ BOOST_AUTO_TEST_CASE(only_the_first_viewer_decides_the_size_of_pictures_and_wait
     BOOST_TEST(fixture.listeners.count("multimedia: mjpeg") == 2);
 }
 
+BOOST_AUTO_TEST_CASE(lines_that_nobody_has_heard_wait_for_the_first_who_joins)
+{
+    Fixture fixture;
+    fixture.simulator->say("heard at once");
+    BOOST_TEST(fixture.listeners.count("stdout:heard at once") == 1);
+    fixture.simulator->disconnect(1);
+    fixture.simulator->connect(2);
+    fixture.simulator->say("one"); // 2 is connected, but has not joined
+    fixture.simulator->say("two");
+    BOOST_TEST(fixture.listeners.count("stdout:") == 1);
+    fixture.simulator->receive(2, "w3d;broadcast");
+    BOOST_REQUIRE(fixture.listeners.heard.size() > 1U);
+    BOOST_TEST(fixture.listeners.heard.back() == "stdout:two");
+    BOOST_TEST(fixture.listeners.count("stdout:") == 3);
+    fixture.simulator->connect(3);
+    fixture.simulator->receive(3, "w3d;broadcast");
+    BOOST_TEST(fixture.listeners.count("stdout:") == 3);
+}
+
 BOOST_AUTO_TEST_CASE(steps_wait_for_the_program_and_then_come_at_once)
 {
     Fixture fixture;

@@ -1,5 +1,5 @@
-// Frames of browsers: the same in one piece as byte by byte, never longer than allowed, texts of well-formed
-// UTF-8 or a fault.
+// Frames of browsers, and of simulators: the same in one piece as byte by byte, never longer than allowed,
+// texts of well-formed UTF-8 or a fault.
 #include "fuzz.hpp"
 
 #include "adapters/messages/websocket_frames.hpp"
@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::size_t longest = 4096;
 
-std::vector<std::string> read(std::string_view text, std::size_t piece)
+std::vector<std::string> read(std::string_view text, std::size_t piece, adapters::WebSocketSide from)
 {
     std::vector<std::string> found;
-    adapters::WebSocketFrameReader reader(longest);
+    adapters::WebSocketFrameReader reader(longest, from);
     while (!text.empty()) {
         auto bytes = fuzz::take(text, piece);
         while (!bytes.empty()) {
@@ -42,6 +42,7 @@ std::vector<std::string> read(std::string_view text, std::size_t piece)
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     auto const text = fuzz::text_of(data, size);
-    fuzz::require(read(text, size + 1) == read(text, 1));
+    for (auto const from : {adapters::WebSocketSide::client, adapters::WebSocketSide::server})
+        fuzz::require(read(text, size + 1, from) == read(text, 1, from));
     return 0;
 }

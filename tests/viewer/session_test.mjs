@@ -485,7 +485,7 @@ test('a proxy that reloads does not end the simulation, and a server that stops 
 // --- the line of a session server ---
 
 const OWN = 'ws://s';
-const WAITING = { url: 'w', mode: 'mjpeg', reconnect: true, heartbeat: true, extend: true, reasons: true, waiting: true };
+const WAITING = { url: 'w', mode: 'mjpeg', reconnect: true, heartbeat: true, extend: true, reasons: true, size: '1x1', run: true, waiting: true };
 
 async function waitInLine(place = '3 60 240', { target = TARGET, ticket = null } = {}) {
   answer = OWN;
@@ -937,17 +937,80 @@ test('a connection that was prepared is used, and closed where nobody starts', a
   assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
 });
 
-test('behind a gateway pictures are asked for, and the simulation runs, before the simulator has said anything', async () => {
+// A machine whose gateway its simulators are behind, and which says so much before it says where.
+function behindGateway(...messages) {
   fresh({ running: false });
   const { serve } = server;
   server.serve = (socket, message) => {
-    serve.call(server, { says: (text) => socket.says(text.replace('ws://machine:2001', GATEWAY)), readyState: FakeSocket.OPEN }, message);
+    server.asked ??= message;
+    const says = (text) => {
+      if (text.startsWith('webots:'))
+        messages.forEach((each) => socket.says(each));
+      socket.says(text.replace('ws://machine:2001', GATEWAY));
+    };
+    serve.call(server, { says, readyState: FakeSocket.OPEN }, message);
     server.lease = socket;
   };
+}
+
+const picturesTold = () => events.filter(([type]) => type === 'picture').map(([, { url, viewOnly, early }]) => ({ url, viewOnly, early }));
+const PICTURES = `${GATEWAY.replace('ws', 'http')}/mjpeg`;
+
+test('pictures that the server has asked for are fetched before the simulator has said anything', async () => {
+  behindGateway('pictures: 1x1');
   await runAt('ws://s');
-  const pictures = events.filter(([type]) => type === 'picture').map(([, { url, viewOnly, early }]) => ({ url, viewOnly, early }));
-  const url = `${GATEWAY.replace('ws', 'http')}/mjpeg`;
-  assert.deepEqual(pictures, [{ url, viewOnly: true, early: true }, { url, viewOnly: false, early: undefined }]);
+  assert.deepEqual(picturesTold(), [{ url: PICTURES, viewOnly: true, early: true }, { url: PICTURES, viewOnly: false, early: undefined }]);
   const { sent } = sockets.find((socket) => socket.url === `${GATEWAY}/`);
   assert.deepEqual(sent.slice(0, 2), ['mjpeg: 1x1', 'real-time:-1']);
+});
+
+test('pictures that nobody has asked for are not fetched before the simulator offers them', async () => {
+  behindGateway();
+  await runAt('ws://s');
+  assert.deepEqual(picturesTold(), [{ url: PICTURES, viewOnly: false, early: undefined }]);
+});
+
+test('a start says what the page will want at once, and nothing that it would not do itself', async () => {
+  const asked = async (more) => {
+    behindGateway();
+    session = new Session({ ...TARGET, machine: 'ws://s', ...more }, { width: 640, height: 480 });
+    session.start();
+    await pass(1000);
+    const { size, run } = server.asked.start;
+    session.stop();
+    return { size, run };
+  };
+  assert.deepEqual(await asked({}), { size: '640x480', run: true });
+  assert.deepEqual(await asked({ paused: true }), { size: '640x480', run: undefined });
+  assert.deepEqual(await asked({ broadcast: true }), { size: undefined, run: undefined });
+  assert.deepEqual(await asked({ mode: 'w3d' }), { size: undefined, run: undefined });
+});
+
+test('what the simulator has said to the server comes as if the page had heard it', async () => {
+  behindGateway('said: stdout:hello\nstderr:oh', 'said: robot: {"name":"blue","message":"m"}');
+  const heard = [];
+  session = new Session({ ...TARGET, machine: 'ws://s' }, { width: 1, height: 1 });
+  session.addEventListener('output', ({ detail: { stream, line } }) => heard.push(`${stream} ${line}`));
+  session.addEventListener('message', ({ detail: { from, text } }) => from === 'simulator' && text.startsWith('robot:') && heard.push(text));
+  session.start();
+  await pass(1000);
+  assert.deepEqual(heard, ['stdout hello', 'stderr oh', 'robot: {"name":"blue","message":"m"}']);
+});
+
+test('the times of pictures that were fetched before are no lines of the console', async () => {
+  behindGateway('pictures: 1x1');
+  const { hears } = server;
+  server.hears = (socket, text) => {
+    hears.call(server, socket, text);
+    if (text.startsWith('mjpeg:'))
+      socket.says('time: 32\nstdout:hello\ntime: 64\nrobot: {}\nstderr:oh\ntime: 1.024e+06');
+  };
+  const lines = [];
+  session = new Session({ ...TARGET, machine: 'ws://s' }, { width: 1, height: 1 });
+  session.addEventListener('output', ({ detail: { stream, line } }) => lines.push(`${stream} ${line}`));
+  session.start();
+  await pass(1000);
+  assert.deepEqual(lines, ['stdout hello', 'stderr oh']);
+  server.simulators.forEach((socket) => socket.says('stdout:a\ntime: 5')); // of a program that prints this
+  assert.deepEqual(lines.slice(2), ['stdout a', 'stdout time: 5']);
 });

@@ -8,6 +8,7 @@
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/picture_taker.hpp>
+#include <webots_cloud/transport/simulator_talk.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -137,5 +138,8 @@ result<> check_certificate(std::filesystem::path const& certificate, std::filesy
 
 /// Takes pictures of simulators as requests are passed on to them, brokers included.
 std::unique_ptr<PictureTaker> make_picture_taker(boost::asio::any_io_executor executor, Logger log);
+
+/// Speaks with simulators that are reached in the same way.
+std::unique_ptr<SimulatorTalk> make_simulator_talk(boost::asio::any_io_executor executor, Logger log);
 
 } // namespace webots_cloud

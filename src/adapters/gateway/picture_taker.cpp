@@ -1,16 +1,13 @@
 // Reads one picture of a simulator's stream, reached as the gateway reaches it, and hangs up.
 #include "core/simulation/first_picture.hpp"
-#include "upstream_socket.hpp"
+#include "upstream_visit.hpp"
 #include "upstreams.hpp"
 
 #include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/transport/picture_taker.hpp>
 
-#include <boost/asio/steady_timer.hpp>
-
 #include <algorithm>
 #include <chrono>
-#include <memory>
 #include <utility>
 
 namespace webots_cloud {
@@ -32,18 +29,9 @@ public:
 
     asio::awaitable<result<std::string>> take(Upstream simulator) override
     {
-        adapters::UpstreamSocket socket(executor_, upstreams_);
-        // A timer that has expired already is not cancelled: then it finds no socket.
-        auto const open = std::make_shared<adapters::UpstreamSocket*>(&socket);
-        asio::steady_timer deadline(executor_, patience);
-        deadline.async_wait([open](boost::system::error_code error) {
-            if (!error && *open)
-                std::exchange(*open, nullptr)->close();
-        });
-        auto taken = co_await read_one(socket, simulator);
-        bool const is_late = std::exchange(*open, nullptr) == nullptr;
-        deadline.cancel();
-        if (!taken && is_late)
+        adapters::UpstreamVisit visit(executor_, upstreams_, patience);
+        auto taken = co_await read_one(visit.socket(), simulator);
+        if (!taken && visit.is_late())
             co_return Failure(errc::timed_out);
         co_return taken;
     }

@@ -21,6 +21,10 @@ constexpr std::uint8_t final_bit = 0x80;
 constexpr std::uint8_t reserved_bits = 0x70;
 constexpr std::uint8_t mask_bit = 0x80;
 constexpr std::size_t max_control_size = 125;
+constexpr std::size_t mask_size = 4;
+// Masks protect proxies from what pages write, and we are no page: always the same one will do. Qt takes one
+// of zeros for none.
+constexpr std::string_view own_mask = "mask";
 
 // Fragments cost time even when they are empty: no browser sends as many.
 constexpr std::uint32_t max_fragments = 4096;
@@ -32,23 +36,30 @@ bool is_close_code(unsigned code) noexcept
            (code >= 3000 && code <= 4999);
 }
 
-void append_header(std::string& out, std::uint8_t opcode, std::size_t size)
+void append_header(std::string& out, std::uint8_t opcode, std::size_t size, WebSocketSide from)
 {
+    unsigned const masked = from == WebSocketSide::client ? mask_bit : 0;
     out.push_back(static_cast<char>(final_bit | opcode));
     if (size <= max_control_size) {
-        out.push_back(static_cast<char>(size));
+        out.push_back(static_cast<char>(masked | size));
     } else {
         bool const is_short = size <= 0xffff;
-        out.push_back(is_short ? 126 : 127);
+        out.push_back(static_cast<char>(masked | (is_short ? 126 : 127)));
         for (int shift = is_short ? 8 : 56; shift >= 0; shift -= 8)
             out.push_back(static_cast<char>(size >> shift & 0xff));
     }
+    if (masked != 0)
+        out.append(own_mask);
 }
 
-void append_frame(std::string& out, std::uint8_t opcode, std::string_view payload)
+void append_frame(std::string& out, std::uint8_t opcode, std::string_view payload, WebSocketSide from)
 {
-    append_header(out, opcode, payload.size());
+    append_header(out, opcode, payload.size(), from);
+    auto const begin = out.size();
     out.append(payload);
+    if (from == WebSocketSide::client)
+        for (std::size_t i = 0; i < payload.size(); ++i)
+            out[begin + i] = static_cast<char>(out[begin + i] ^ own_mask[i % mask_size]);
 }
 
 } // namespace
@@ -84,7 +95,7 @@ std::size_t WebSocketFrameReader::header_size() const noexcept
         return 2;
     auto const length = byte(1) & 0x7f;
     std::size_t const extended = length == 126 ? 2 : length == 127 ? 8 : 0;
-    return 2 + extended + (byte(1) & mask_bit ? 4 : 0);
+    return 2 + extended + (byte(1) & mask_bit ? mask_size : 0);
 }
 
 bool WebSocketFrameReader::read_header(std::string_view& bytes)
@@ -103,14 +114,16 @@ CloseCode WebSocketFrameReader::check_header()
     opcode_ = byte(0) & 0x0f;
     bool const is_final = byte(0) & final_bit;
     auto const length = byte(1) & 0x7f;
+    bool const has_mask = byte(1) & mask_bit;
     // RFC 6455, 5.2: no extensions were agreed on, clients mask, and other opcodes have no meaning yet.
-    if ((byte(0) & reserved_bits) || !(byte(1) & mask_bit) || (opcode_ > binary && opcode_ < close) ||
+    if ((byte(0) & reserved_bits) || has_mask != is_masked() || (opcode_ > binary && opcode_ < close) ||
         opcode_ > pong)
         return CloseCode::protocol_error;
     missing_ = static_cast<std::uint64_t>(length);
     if (length > static_cast<int>(max_control_size)) {
         missing_ = 0;
-        for (std::size_t i = 2; i < header_size() - 4; ++i)
+        auto const end = header_size() - (is_masked() ? mask_size : 0);
+        for (std::size_t i = 2; i < end; ++i)
             missing_ = missing_ << 8 | byte(i);
     }
     // Control frames come as a whole, also between the fragments of a message.
@@ -130,14 +143,16 @@ CloseCode WebSocketFrameReader::check_header()
 void WebSocketFrameReader::read_payload(std::string_view& bytes)
 {
     auto const size = static_cast<std::size_t>(std::min<std::uint64_t>(bytes.size(), missing_));
-    auto const* const mask = header_.data() + header_bytes_ - 4;
     auto& payload = is_control() ? control_ : message_;
     auto const before = payload.size();
-    payload.resize(before + size);
-    for (std::size_t i = 0; i < size; ++i)
-        payload[before + i] =
-            static_cast<char>(static_cast<std::uint8_t>(bytes[i]) ^ mask[(mask_at_ + i) & 3]);
-    mask_at_ = static_cast<std::uint8_t>((mask_at_ + size) & 3);
+    payload.append(bytes.substr(0, size));
+    if (is_masked()) {
+        auto const* const mask = header_.data() + header_bytes_ - mask_size;
+        for (std::size_t i = 0; i < size; ++i)
+            payload[before + i] =
+                static_cast<char>(static_cast<std::uint8_t>(bytes[i]) ^ mask[(mask_at_ + i) & 3]);
+        mask_at_ = static_cast<std::uint8_t>((mask_at_ + size) & 3);
+    }
     missing_ -= size;
     bytes.remove_prefix(size);
 }
@@ -184,26 +199,26 @@ WebSocketEvent WebSocketFrameReader::finish_close()
 std::string binary_frame_header(std::size_t size)
 {
     std::string header;
-    append_header(header, binary, size);
+    append_header(header, binary, size, WebSocketSide::server);
     return header;
 }
 
-void append_text_frame(std::string& out, std::string_view message)
+void append_text_frame(std::string& out, std::string_view message, WebSocketSide from)
 {
-    append_frame(out, text, message);
+    append_frame(out, text, message, from);
 }
 
 void append_ping_frame(std::string& out)
 {
-    append_frame(out, ping, {});
+    append_frame(out, ping, {}, WebSocketSide::server);
 }
 
-void append_pong_frame(std::string& out, std::string_view payload)
+void append_pong_frame(std::string& out, std::string_view payload, WebSocketSide from)
 {
-    append_frame(out, pong, payload);
+    append_frame(out, pong, payload, from);
 }
 
-void append_close_frame(std::string& out, std::uint16_t code, std::string_view reason)
+void append_close_frame(std::string& out, std::uint16_t code, std::string_view reason, WebSocketSide from)
 {
     std::string payload;
     if (code != 0) {
@@ -211,7 +226,7 @@ void append_close_frame(std::string& out, std::uint16_t code, std::string_view r
         payload.push_back(static_cast<char>(code & 0xff));
         payload.append(reason.substr(0, max_control_size - 2));
     }
-    append_frame(out, close, payload);
+    append_frame(out, close, payload, from);
 }
 
 } // namespace webots_cloud::adapters

@@ -1,4 +1,4 @@
-// The frames of WebSockets (RFC 6455, 5): bytes of a browser in, messages out, and the frames of a server. No
+// The frames of WebSockets (RFC 6455, 5): bytes of the other side in, messages out, and frames for it. No
 // sockets.
 #pragma once
 
@@ -10,6 +10,13 @@
 
 namespace webots_cloud::adapters {
 
+/// Who sends a frame: clients mask theirs, servers do not.
+enum class WebSocketSide : bool
+{
+    client,
+    server
+};
+
 /// Close codes that a server sends (RFC 6455, 7.4.1).
 enum class CloseCode : std::uint16_t
 {
@@ -20,7 +27,7 @@ enum class CloseCode : std::uint16_t
     too_big = 1009
 };
 
-/// What the next bytes of a browser mean.
+/// What the next bytes of the other side, mostly a browser, mean.
 struct WebSocketEvent
 {
     enum class Kind
@@ -45,7 +52,9 @@ struct WebSocketEvent
 class WebSocketFrameReader
 {
 public:
-    explicit WebSocketFrameReader(std::size_t max_message_size) : max_message_size_(max_message_size) {}
+    explicit WebSocketFrameReader(std::size_t max_message_size, WebSocketSide from = WebSocketSide::client)
+        : max_message_size_(max_message_size), from_(from)
+    {}
 
     /// The next event in `bytes`, of which what was used is removed. To be called until it needs more.
     WebSocketEvent next(std::string_view& bytes);
@@ -59,6 +68,7 @@ private:
     WebSocketEvent fail(CloseCode code) const;
 
     bool is_control() const noexcept { return (opcode_ & 0x8) != 0; }
+    bool is_masked() const noexcept { return from_ == WebSocketSide::client; }
     std::size_t header_size() const noexcept;
     std::uint8_t byte(std::size_t index) const noexcept { return header_[index]; }
 
@@ -73,17 +83,20 @@ private:
     std::uint8_t message_opcode_ = 0; ///< Of the message that the fragments belong to; 0: none.
     std::uint8_t mask_at_ = 0;
     bool in_payload_ = false;
+    WebSocketSide from_;
 };
 
 /// What comes before the bytes of a binary message of that size, in a frame of a server: 10 bytes at most.
 std::string binary_frame_header(std::size_t size);
 inline constexpr std::size_t max_frame_header = 10;
 
-/// Appends a frame of a server: whole, not masked.
-void append_text_frame(std::string& out, std::string_view text);
+/// Appends a whole frame.
+void append_text_frame(std::string& out, std::string_view text, WebSocketSide from = WebSocketSide::server);
 void append_ping_frame(std::string& out);
-void append_pong_frame(std::string& out, std::string_view payload);
+void append_pong_frame(std::string& out, std::string_view payload,
+                       WebSocketSide from = WebSocketSide::server);
 /// A `reason` longer than 123 bytes is cut.
-void append_close_frame(std::string& out, std::uint16_t code, std::string_view reason);
+void append_close_frame(std::string& out, std::uint16_t code, std::string_view reason,
+                        WebSocketSide from = WebSocketSide::server);
 
 } // namespace webots_cloud::adapters

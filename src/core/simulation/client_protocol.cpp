@@ -38,7 +38,7 @@ struct StartFlag
     bool StartMessage::*member;
 };
 
-constexpr std::array<StartFlag, 7> start_flags{{
+constexpr std::array<StartFlag, 8> start_flags{{
     {"reconnect", &StartMessage::can_return},
     {"heartbeat", &StartMessage::wants_heartbeat},
     {"extend", &StartMessage::can_extend},
@@ -46,7 +46,19 @@ constexpr std::array<StartFlag, 7> start_flags{{
     {"relayed", &StartMessage::relayed},
     {"reasons", &StartMessage::wants_reasons},
     {"edit", &StartMessage::has_editor},
+    {"run", &StartMessage::runs},
 }};
+
+/// `1280x665`
+bool is_picture_size(std::string_view text)
+{
+    constexpr std::size_t most_digits = 4;
+    auto const sides = split(text, 'x');
+    return sides.size() == 2 && std::all_of(sides.begin(), sides.end(), [](std::string_view side) {
+               return !side.empty() && side.size() <= most_digits && side.front() != '0' &&
+                      side.find_first_not_of("0123456789") == std::string_view::npos;
+           });
+}
 
 ClientMessage read_start(json::value const& value)
 {
@@ -63,6 +75,9 @@ ClientMessage read_start(json::value const& value)
             return MalformedMessage{"the \"mode\" of \"start\" must be a string"};
         message.mode = mode->get_string();
     }
+    if (auto const* size = start->if_contains("size");
+        size && size->is_string() && is_picture_size(size->get_string()))
+        message.picture_size = size->get_string();
     for (auto const& member : *start) {
         auto const* const is_true = member.value().if_bool();
         auto const flag = is_true && *is_true
@@ -328,6 +343,16 @@ std::string reset_controller_message(std::string_view file)
 std::string reconnect_token_message(std::string_view token)
 {
     return concat("reconnectToken: ", token);
+}
+
+std::string said_message(std::string_view message)
+{
+    return concat("said: ", message);
+}
+
+std::string pictures_message(std::string_view size)
+{
+    return concat("pictures: ", size);
 }
 
 std::string webots_message(PublicAddress const& address, std::uint16_t port)

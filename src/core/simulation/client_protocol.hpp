@@ -30,6 +30,9 @@ struct StartMessage
     bool relayed = false;    ///< It comes from a session server, which can ask another machine.
     bool wants_reasons = false; ///< Its page has a text for each code of a refusal.
     bool has_editor = false;    ///< Its page can show and change the programs of the simulation.
+    bool runs = false;          ///< Its page would have the simulation run as soon as it is connected to it.
+    /// `<width>x<height>` of the pictures that its page shows first; empty: it has not said.
+    std::string picture_size;
 
     bool operator==(StartMessage const&) const = default;
 };
@@ -192,6 +195,12 @@ inline constexpr std::string_view editor_message = "ide: enable";
 
 /// `reconnectToken: <token>`
 std::string reconnect_token_message(std::string_view token);
+
+/// `said: <message>`: what the simulator has said to the server, for its page.
+std::string said_message(std::string_view message);
+
+/// `pictures: <width>x<height>`: the simulator has been asked for them, so they can be fetched.
+std::string pictures_message(std::string_view size);
 
 /// `webots:ws(s)://<host><:|/><port>`: a simulator of the server at `address` listens on `port`.
 std::string webots_message(PublicAddress const& address, std::uint16_t port);

@@ -77,6 +77,9 @@ public:
     /// The simulator itself, which is ready.
     Upstream simulator() const;
 
+    /// Browsers reach it through us.
+    bool is_passed_on() const noexcept { return !address_token_.empty(); }
+
     /// Takes over the limit of the context.
     void limit_traffic();
 

@@ -2,12 +2,13 @@
 // first (simulation_session_start.cpp), and whatever happens, `clean_up` comes last. A staged simulation
 // (`run_staged`) goes the same way without a browser.
 // docs/inside.md, "One simulation", has the picture.
-// Decisions: core/simulation/simulation_life, core/simulation/client_protocol, core/simulation/start_refusal.
+// Decisions: core/simulation/simulation_life, core/simulation/simulator_greeting.
 #include "simulation_session.hpp"
 
 #include "async/cancellation.hpp"
 #include "async/first_of.hpp"
 #include "core/refusals.hpp"
+#include "core/simulation/simulator_greeting.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 #include "service/tell.hpp"
@@ -188,8 +189,10 @@ asio::awaitable<void> SimulationSession::resume(Channel& channel)
 {
     greet(channel);
     // A browser that gets a staged simulation has missed what is told during a start.
-    if (!std::exchange(introduced_, true))
+    if (!std::exchange(introduced_, true)) {
         introduce(channel);
+        co_await greet_simulator(channel);
+    }
     tell_time(channel, life_.time_left(context_.clock.now()));
     announce(channel);
     auto parts =
@@ -449,10 +452,33 @@ void SimulationSession::extend(Duration by, Channel& channel)
     tell_time(channel, life_.time_left(context_.clock.now()));
 }
 
+/// The page has said what it will want of its simulator: that is said before it hears the address.
+asio::awaitable<void> SimulationSession::greet_simulator(Channel& channel)
+{
+    auto greeting = core::greeting_for(request_);
+    if (!greeting || !context_.hooks.simulator_talk || !gateway_.is_passed_on())
+        co_return;
+    auto simulator = gateway_.simulator();
+    auto words = greeting->words;
+    auto last = greeting->last;
+    auto const heard =
+        co_await context_.hooks.simulator_talk->talk(std::move(simulator), std::move(words), std::move(last));
+    for (auto& message : core::said_messages(heard))
+        (void)channel.send(std::move(message));
+    if (core::is_answered(*greeting, heard))
+        pictures_ = core::pictures_message(greeting->picture_size);
+    else
+        context_.log.warning(LogCause("greeting"),
+                             concat(log_prefix(), "The simulator has not answered the server in time, "
+                                                  "so its page has to wait longer for pictures"));
+}
+
 /// The simulation is ready: sends its address, the token with which the browser can return, and where
 /// controllers of its robots connect.
 void SimulationSession::announce(Channel& channel)
 {
+    if (!pictures_.empty())
+        (void)channel.send(pictures_);
     gateway_.send_address(channel);
     if (!token_.empty())
         (void)channel.send(core::reconnect_token_message(token_));
@@ -476,6 +502,11 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
                 tell_time(channel, context_.launcher.params().config.timeout);
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             on_ready(*ready);
+            if (!is_staged())
+                co_await greet_simulator(channel);
+            bool const has_left = co_await async::is_cancelled(); // meanwhile
+            if (has_left)
+                co_return;
             announce(channel);
         } else if (std::holds_alternative<SimulationHeartbeat>(*event)) {
             (void)channel.send(".");

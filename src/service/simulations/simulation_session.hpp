@@ -147,6 +147,7 @@ private:
     LaunchSpec launch_spec() const;
     boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,
                                                    Channel& channel);
+    boost::asio::awaitable<void> greet_simulator(Channel& channel);
     boost::asio::awaitable<void> relay(Channel& channel);
     boost::asio::awaitable<void> await_takeover();
     boost::asio::awaitable<void> finish(Channel& channel);
@@ -179,7 +180,8 @@ private:
     core::SimulationRequest request_;
     core::SimulationLife life_;
     core::StartStep step_ = core::StartStep::admission; ///< Until the simulation is ready.
-    bool introduced_ = true;     ///< The browser knows what those are told who have waited for the start.
+    bool introduced_ = true; ///< The browser knows what those are told who have waited for the start.
+    std::string pictures_;   ///< Message for the browser: they can be fetched; empty: it has to ask first.
     Channel* channel_ = nullptr; ///< To the browser, while `run` or `resume` uses it.
     TimePoint arrived_; ///< When its browser came; of a staged one without a browser, when it was made.
     core::Admission::Place place_;

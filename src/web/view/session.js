@@ -25,7 +25,7 @@ import { socketToWeb, webToSocket } from './address.js';
 import { Lease, prepareLease } from './lease.js';
 import { isBehindGateway } from './picture_stream.js';
 import { explain, parseReason } from './refusals.js';
-import { Simulator } from './simulator.js';
+import { Simulator, sizeText } from './simulator.js';
 import { say } from './texts.js';
 import { placeText, returningText } from './waiting.js';
 import { SILENT_MS } from './watch.js';
@@ -38,6 +38,7 @@ const LONGEST_TIMER_S = 2 ** 31 / 1000;
 const LOSSES = 60;
 const EXTENSION_S = 900; // at once
 const PATIENCE_MS = 10000; // with a simulator that is silent; doubled each time
+const MOST_SAID = 100; // messages of a simulator that are kept for us
 const PLACE_KEPT_S = 60;
 const PLACE_KEPT_AFTER_SILENCE_S = 35; // by then it has been lost for a while
 const PROBE_MS = 5000;
@@ -66,6 +67,8 @@ export class Session extends EventTarget {
   #mute = 0; // the timer of a simulator that was never heard
   #url = '';
   #picture = null;
+  #hasPictures = false; // the server has asked the simulator for them
+  #said = []; // what the simulator has said to the server meanwhile
   #controls = false; // this page was the simulator's first, and controls the view
   #lost = false;
   #hidden = false;
@@ -269,13 +272,24 @@ export class Session extends EventTarget {
   // the seats of their class.
   #openingAt(machine) {
     const { opening, mode, request, server, world, edit } = this.#target;
-    const start = { url: world, mode: mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true, reasons: true, ...(edit === true ? { edit } : {}) };
+    const start = { url: world, mode: mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true, reasons: true,
+      ...(edit === true ? { edit } : {}), ...this.#greeting };
     if (!isSame(machine, webToSocket(server)))
       return opening ?? { start };
     const student = new URL(request).searchParams.get('class');
     const asked = { waiting: true, ...(student === null ? {} : { class: student }) };
     return opening === undefined ? { start: { ...start, ...asked } } : { ...JSON.parse(opening), ...asked };
   }
+
+  // What we shall say to the simulator as soon as we are connected to it. A server that knows how says it before, as it is beside the simulator.
+  get #greeting() {
+    const { broadcast, paused } = this.#target;
+    if (!this.#showsPictures || broadcast === true)
+      return {};
+    return { size: sizeText(this.#size), ...(paused === true ? {} : { run: true }) };
+  }
+
+  get #showsPictures() { return (this.#target.mode ?? 'mjpeg') === 'mjpeg'; }
 
   // Nobody needs to do anything: the lease returns by itself.
   #returnToLine(seconds) {
@@ -301,6 +315,8 @@ export class Session extends EventTarget {
       case 'stdout': case 'stderr': return this.#tell('output', { stream: prefix, line: rest }); // for the author of the project
       case 'waiting': return this.#wait(rest.trim());
       case 'queue': return this.#hasLine || this.#tell('progress', { text: say('session.queue', { count: Number(rest) }), percent: null });
+      case 'pictures': return void (this.#hasPictures = true);
+      case 'said': return void (this.#said.length < MOST_SAID && this.#said.push(rest));
       case 'webots': return this.#connect(rest.trim());
     }
   }
@@ -379,18 +395,22 @@ export class Session extends EventTarget {
     for (const type of RELAYED)
       this.#simulator.addEventListener(type, ({ detail }) => this.#tell(type, detail));
     this.#simulator.addEventListener('picture', ({ detail }) => this.#showPicture(detail));
-    this.#simulator.addEventListener('joined', () => this.#runAtFirst());
+    this.#simulator.addEventListener('joined', () => {
+      this.#said.splice(0).forEach((message) => this.#simulator.hear(message));
+      this.#runAtFirst();
+    });
     this.#simulator.addEventListener('ready', () => this.#becomeReady());
     this.#simulator.addEventListener('silent', () => this.#noteSilence());
     this.#simulator.addEventListener('heard', () => this.#noteSound());
     this.#simulator.addEventListener('closed', () => this.#loseSimulator(url));
   }
 
-  // Behind a gateway of ours their address is known before the simulator says it: a round trip less until the first one is there.
+  // Behind a gateway of ours their address is known before the simulator says it: a round trip less until the first one is there. But Webots
+  // ends by a fault where pictures are fetched that nobody has asked for on a WebSocket.
   #askForPictures(url) {
     const pictures = `${socketToWeb(url.replace(/\/+$/, ''))}/mjpeg`;
-    const isWanted = (this.#target.mode ?? 'mjpeg') === 'mjpeg' && this.#picture === null && !this.#hidden;
-    if (isWanted && isBehindGateway(pictures))
+    const isWanted = this.#showsPictures && this.#picture === null && !this.#hidden;
+    if (isWanted && this.#hasPictures && isBehindGateway(pictures))
       this.#tell('picture', { url: pictures, viewOnly: true, early: true });
   }
 

@@ -20,6 +20,7 @@ export class Simulator extends EventTarget {
   #hidden = false;
   #silent = false;
   #probing = false;
+  #isLive = false; // something has come of what goes on now
 
   // Of somebody who only watches: nothing follows the first message, which says so in the modes that know it (`;broadcast`).
   silent = false;
@@ -61,10 +62,10 @@ export class Simulator extends EventTarget {
   // A size that the simulator knows is not said again: it would draw another picture for it.
   resize(size) {
     this.#size = size;
-    if (this.#stream !== 'mjpeg' || text(size) === this.#told)
+    if (this.#stream !== 'mjpeg' || sizeText(size) === this.#told)
       return;
-    this.send(`resize: ${text(size)}`);
-    this.#told = text(size);
+    this.send(`resize: ${sizeText(size)}`);
+    this.#told = sizeText(size);
   }
 
   get loaded() { return this.#loaded; }
@@ -74,6 +75,9 @@ export class Simulator extends EventTarget {
     this.#hidden = hidden;
     this.#watchOver();
   }
+
+  // What the simulator has said to somebody who has passed it on.
+  hear(message) { this.#receive(message); }
 
   // The event `heard` follows if the simulator is still there.
   probe() {
@@ -91,7 +95,7 @@ export class Simulator extends EventTarget {
 
   #join() {
     if (this.#stream === 'mjpeg') {
-      this.#told = text(this.#size);
+      this.#told = sizeText(this.#size);
       this.#socket.send(`mjpeg: ${this.#told}`);
       return this.#tell('joined');
     }
@@ -121,8 +125,9 @@ export class Simulator extends EventTarget {
   }
 
   // Only these messages come with each picture, or change of the scene: others, such as printed lines, say nothing about them.
-  #hear(message) {
+  #noteLife(message) {
     const isLive = /^(?:time|application\/json):/.test(message);
+    this.#isLive ||= isLive;
     if (isLive)
       this.#watch.heard();
     if (this.#probing || (this.#silent && (isLive || this.#mode !== 'running')))
@@ -135,9 +140,12 @@ export class Simulator extends EventTarget {
     this.#tell('heard');
   }
 
-  #receive(message) {
+  #receive(received) {
+    const message = this.#isLive ? received : withoutTimes(received);
+    if (message === '')
+      return;
     this.#tell('message', { from: 'simulator', text: message });
-    this.#hear(message);
+    this.#noteLife(message);
     clearTimeout(this.#spelling);
     const [, prefix, rest] = /^([a-z/ -]+?)(?:: ?|$)([^]*)/i.exec(message) ?? [null, '', ''];
     switch (prefix) {
@@ -156,7 +164,7 @@ export class Simulator extends EventTarget {
       case 'delete world': return this.#unload();
       case 'loading': return this.#load(rest);
       case 'world': return this.#tell('world', rest.split(':')[0]);
-      case 'stdout': case 'stderr': return this.#print(message);
+      case 'stdout': case 'stderr': case 'robot': return this.#print(message);
     }
   }
 
@@ -250,4 +258,10 @@ export class Simulator extends EventTarget {
   }
 }
 
-const text = ({ width, height }) => `${width}x${height}`;
+// Webots keeps what it says while nobody is connected, as one message, with a line for each picture that was fetched meanwhile.
+function withoutTimes(message) {
+  const isOfMany = /^(?:time|stdout|stderr|robot):.*\n/.test(message);
+  return !isOfMany ? message : message.split('\n').filter((line) => !/^time: [\d.e+-]+$/.test(line)).join('\n');
+}
+
+export const sizeText = ({ width, height }) => `${width}x${height}`;

@@ -9,6 +9,7 @@ using namespace webots_cloud;
 using adapters::CloseCode;
 using adapters::WebSocketEvent;
 using adapters::WebSocketFrameReader;
+using adapters::WebSocketSide;
 
 BOOST_AUTO_TEST_SUITE(websocket_frames)
 
@@ -91,6 +92,29 @@ BOOST_AUTO_TEST_CASE(bytes_may_come_one_by_one_and_pings_between_fragments)
     BOOST_TEST(found[0].payload == "p");
     BOOST_TEST((found[1].kind == Kind::pong));
     BOOST_TEST(found[2].payload == "gr\xc3\xbc\xc3\x9f");
+}
+
+BOOST_AUTO_TEST_CASE(what_one_side_writes_the_other_reads_and_its_own_does_not)
+{
+    for (auto const from : {WebSocketSide::client, WebSocketSide::server})
+        for (std::size_t const size : {0, 125, 126, 65535, 65536}) {
+            std::string const text(size, 'x');
+            std::string bytes;
+            adapters::append_text_frame(bytes, text, from);
+            adapters::append_pong_frame(bytes, "p", from);
+            adapters::append_close_frame(bytes, 1000, "why", from);
+            WebSocketFrameReader reader(limit, from);
+            auto const found = events(reader, bytes);
+            BOOST_TEST_REQUIRE(found.size() == 3u, size);
+            BOOST_TEST((found[0].payload == text), size);
+            BOOST_TEST(found[1].payload == "p");
+            BOOST_TEST(static_cast<unsigned>(found[2].code) == 1000u);
+            bool const is_client = from == WebSocketSide::client;
+            WebSocketFrameReader own(limit, is_client ? WebSocketSide::server : WebSocketSide::client);
+            auto const refused = events(own, bytes);
+            BOOST_TEST_REQUIRE(refused.size() == 1u);
+            BOOST_TEST(static_cast<unsigned>(refused[0].code) == 1002u);
+        }
 }
 
 BOOST_AUTO_TEST_CASE(what_breaks_the_protocol_is_1002)

@@ -72,6 +72,18 @@ BOOST_AUTO_TEST_CASE(a_reason_says_to_programs_what_the_sentence_says_to_people)
                    boost::system::errc::no_space_on_device))) == R"(reason: {"code":"disk-full"})");
 }
 
+BOOST_AUTO_TEST_CASE(a_page_says_what_it_will_want_of_its_simulator)
+{
+    auto const start = std::get<StartMessage>(std::get<SimulationRequest>(
+        parse_client_message(R"({"start":{"url":"u","mode":"mjpeg","size":"1280x665","run":true}})")));
+    BOOST_TEST(start.picture_size == "1280x665");
+    BOOST_TEST(start.runs);
+    auto const other = std::get<StartMessage>(std::get<SimulationRequest>(
+        parse_client_message(R"({"start":{"url":"u","mode":"mjpeg","size":{},"run":"yes"}})")));
+    BOOST_TEST(other.picture_size.empty());
+    BOOST_TEST(!other.runs);
+}
+
 // Protocol 4.1.4.
 BOOST_AUTO_TEST_CASE(only_a_normal_close_or_one_without_a_code_is_final)
 {
