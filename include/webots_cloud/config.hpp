@@ -149,8 +149,8 @@ struct GitSourceConfig
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
     /// How long a server may take to say which commit a branch is at now, if the cache knows which it was at
-    /// last: after that time, that one is used, and `FetchedProject::notice` says so. Where the cache knows
-    /// nothing, `FetchLimits::timeout` alone counts.
+    /// last: after that time, that one is used (`FetchedProject::notice`). Otherwise, and with servers
+    /// without version 2 of git's protocol, `low_speed_time` and `FetchLimits::timeout` count.
     Duration patience = std::chrono::seconds(10);
 };
 

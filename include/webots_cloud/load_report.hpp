@@ -73,7 +73,7 @@ struct LoadReport
     std::optional<std::int64_t> arrivals;
     /// Only with `arrivals`: those of them whose simulation failed or was cancelled before it was ready.
     std::optional<std::int64_t> failed;
-    /// Those of `arrivals` that are not among `sessions` any more.
+    /// Those of `arrivals` that are not among `sessions` any more, `failed` included.
     std::optional<std::int64_t> departures;
     /// What the server can run, in words of its operator's, as in `gpu`, and what it knows itself: `docker`,
     /// or the release of its Webots, as in `R2025a`. At most 32, each as in `PlacementRequest::labels`.

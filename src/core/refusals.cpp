@@ -1,4 +1,4 @@
-// The table of refusals: a sentence is changed here, and nowhere else.
+// The table of refusals: a sentence is changed here. What quotes it: docs/recipes.md, "A failure".
 #include "refusals.hpp"
 
 #include "core/text.hpp"

@@ -2,7 +2,7 @@
 // is a row of the table in refusals.cpp, with the code that programs know it by. Whoever finds a fault names
 // the row and says what varies in it. Browsers get the code beside the sentence (protocol section 4.1.6), and
 // pages have a text for each code: `refusal.<code>` in src/web/view/texts. To change a sentence, change its
-// row.
+// row, and the documents that quote it (docs/recipes.md, "A failure").
 #pragma once
 
 #include <webots_cloud/error.hpp>

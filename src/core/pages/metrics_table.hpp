@@ -97,7 +97,7 @@ inline constexpr auto all_metrics = [] {
         {"simulations_isolated", gauge, simulation, "", "", "1 where the kernel keeps simulations from the server and from each other."},
         {"event_loop_lag_seconds", gauge, simulation, "", "", "How late the last measurement of the machine was."},
         {"event_loop_lag_max_seconds", gauge, simulation, "", "", "The highest of the last 60 measurements."},
-        {"starts_total", counter, simulation, "result, reason", "", "Simulations that browsers asked for, by how that ended."},
+        {"starts_total", counter, simulation, "result, reason", "", "Simulations that browsers asked for, by how that ended; of failed ones why: refused (not allowed, or ended by the operator), full (this server can't now), not_found ..."},
         {"start_stage_seconds", histogram, simulation, "stage", "", "How long the stages of starts took that were completed."},
         {"prefetches_total", counter, simulation, "result, reason", "", "Projects that were to be fetched for later starts, by how that ended."},
         {"simulations_memory_bytes", gauge, simulation, "", "a limit on simulations", "Memory of all simulations together."},

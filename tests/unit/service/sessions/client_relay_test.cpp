@@ -516,7 +516,8 @@ namespace {
 /// section 4.1.2).
 std::string const reasons[] = {
     "Error: Cannot run simulation from blocked repository: https://e.org/o/r.", // "allowedRepositories"
-    "Error: Unable to start Webots: it exited with code 1: error: cannot open display",
+    "Error: Unable to start Webots: it exited with status 1 before the world was loaded: cannot open "
+    "display.",
     "Error: https://e.org can't be reached: Connection refused. Try again later.", // or a proxy can't
     "Error: /a/folder can't be written: No space left on device",
     "Error: /a/folder can't be written: Permission denied",
