@@ -12,6 +12,9 @@ namespace webots_cloud::core {
 
 /// Asks for pictures of the page's size, and has the simulation run if the page would do that at once.
 ///
+/// Not `--mode=realtime` on the command line: a staged simulation has none of its own, and Webots prints no
+/// line then that says that it runs.
+///
 /// Pictures must not be fetched before: Webots, by its source of 2023, ends by a fault then.
 struct SimulatorGreeting
 {
