@@ -332,8 +332,7 @@ void SimulationSession::log_loss(Life::Loss loss)
 
 bool SimulationSession::streams_pictures() const
 {
-    auto const* const start = std::get_if<core::StartMessage>(&request_);
-    return start && start->mode == "mjpeg" && stage() == core::SimulationLife::Stage::running;
+    return !pictures_.empty() && stage() == core::SimulationLife::Stage::running;
 }
 
 std::string_view SimulationSession::address() const noexcept

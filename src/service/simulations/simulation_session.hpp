@@ -116,7 +116,8 @@ public:
     /// With which a browser that lost its connection returns; empty: it can't.
     std::string const& token() const noexcept { return token_; }
 
-    /// Whether it runs a world of a forge, and streams pictures of it.
+    /// Whether it runs a world of a forge, and streams pictures that somebody has asked it for
+    /// (core/simulation/simulator_greeting says why not others).
     bool streams_pictures() const;
 
     /// The address of its world, as the browser gave it; empty: it is a project of a website.

@@ -5,6 +5,7 @@
 
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/testing/fixed_picture_taker.hpp>
+#include <webots_cloud/testing/fixed_simulator_talk.hpp>
 #include <webots_cloud/testing/fixed_world_finder.hpp>
 #include <webots_cloud/testing/memory_text_files.hpp>
 
@@ -1606,12 +1607,17 @@ namespace {
 
 struct PictureFixture
 {
-    PictureFixture() : fixture(simulation_service_params(), with_taker(taker)) {}
+    PictureFixture() : fixture(simulation_service_params(), with_taker(taker, talk), 3, ProcessLimits(), true)
+    {
+        talk.answers = {"real-time"};
+    }
 
-    static SimulationServiceHooks with_taker(testing::FixedPictureTaker& taker)
+    static SimulationServiceHooks with_taker(testing::FixedPictureTaker& taker,
+                                             testing::FixedSimulatorTalk& talk)
     {
         auto hooks = simulation_service_hooks();
         hooks.picture_taker = &taker;
+        hooks.simulator_talk = &talk;
         return hooks;
     }
 
@@ -1625,8 +1631,12 @@ struct PictureFixture
 
     std::string const key = core::picture_key("https://github.com/o/r/blob/main/worlds/a.wbt");
     testing::FixedPictureTaker taker;
+    testing::FixedSimulatorTalk talk;
     SimulationFixture fixture;
 };
+
+constexpr auto start_of_pictures =
+    R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg","size":"640x360","run":true}})";
 
 std::string const good_picture = "\xff\xd8\xff" + std::string(3000, 'x');
 
@@ -1637,7 +1647,7 @@ BOOST_AUTO_TEST_CASE(the_first_good_picture_of_a_world_is_kept)
     PictureFixture pictures;
     auto& fixture = pictures.fixture;
     fixture.processes.expect().prints(".\nreal-time\n");
-    auto& browser = fixture.say("", start_message);
+    auto& browser = fixture.say("", start_of_pictures);
     fixture.world.advance(7s);
     BOOST_TEST(!pictures.has_picture()); // it was asked too early
     BOOST_TEST_REQUIRE(pictures.taker.asked.size() == 1u);
@@ -1661,7 +1671,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_shows_nothing_is_not_asked_for_ever)
     PictureFixture pictures;
     auto& fixture = pictures.fixture;
     fixture.processes.expect().prints(".\nreal-time\n");
-    auto& browser = fixture.say("", start_message);
+    auto& browser = fixture.say("", start_of_pictures);
     fixture.world.advance(300s);
     BOOST_TEST(pictures.taker.asked.size() == 8u);
     BOOST_TEST(!pictures.has_picture());
@@ -1681,6 +1691,22 @@ BOOST_AUTO_TEST_CASE(projects_of_websites_and_scenes_have_no_pictures)
     BOOST_TEST(pictures.taker.asked.empty());
     fixture.leave(website);
     fixture.leave(scene);
+}
+
+BOOST_AUTO_TEST_CASE(no_picture_is_fetched_that_the_simulator_was_not_asked_for)
+{
+    PictureFixture pictures;
+    pictures.taker.picture = good_picture;
+    auto& fixture = pictures.fixture;
+    fixture.processes.expect().prints(".\nreal-time\n");
+    fixture.processes.expect().prints(".\nreal-time\n");
+    auto& without_size = fixture.say("", start_message);
+    pictures.talk.answers.clear();
+    auto& unanswered = fixture.say("", start_of_pictures);
+    fixture.world.advance(60s);
+    BOOST_TEST(pictures.taker.asked.empty());
+    fixture.leave(without_size);
+    fixture.leave(unanswered);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
