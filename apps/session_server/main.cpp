@@ -13,7 +13,7 @@ int main(int argc, char** argv)
     if (!arguments)
         return usage;
     if (arguments->doctor)
-        return diagnose_session_server(*arguments);
+        report_findings(*arguments, diagnose_session_server(*arguments, shown_progress()));
     auto const [configured, status] = load_config(program, *arguments, parse_session_config);
     if (!configured)
         return status;

@@ -13,7 +13,8 @@ int main(int argc, char** argv)
     if (!arguments)
         return usage;
     if (arguments->doctor)
-        return diagnose_simulation_server(*arguments, program_folder());
+        report_findings(*arguments,
+                        diagnose_simulation_server(*arguments, program_folder(), shown_progress()));
     auto const [configured, status] = load_config(program, *arguments, parse_simulation_config);
     if (!configured)
         return status;

@@ -1,9 +1,11 @@
 // Reads command lines. Options and their texts are rows in options.cpp, from which the manual pages and
 // completions are made, too; here they are obeyed.
 #include "core/config/key_documents.hpp"
+#include "core/doctor/finding.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
 #include "daemon.hpp"
+#include "doctor/service_view.hpp"
 #include "options.hpp"
 
 #include <webots_cloud/adapters/logs.hpp>
@@ -16,6 +18,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <iostream>
 
 #include <unistd.h>
@@ -254,6 +257,28 @@ std::string terminal_text(std::string_view sentence)
 {
     constexpr std::size_t max_sentence_length = 8192;
     return core::printable(sentence, max_sentence_length);
+}
+
+void report_findings(Arguments const& arguments, core::Findings const& findings)
+{
+    bool const coloured = ::isatty(STDOUT_FILENO) == 1 && !std::getenv("NO_COLOR");
+    std::cout << (arguments.json ? core::findings_json(findings) + "\n"
+                                 : core::findings_text(findings, coloured))
+              << std::flush;
+    // Threads of the doctor may still be at work (aside.hpp): nothing is torn down below them.
+    std::quick_exit(is_asked_by_root() ? exit_ok : static_cast<int>(core::worst(findings)));
+}
+
+Progress shown_progress()
+{
+    if (::isatty(STDERR_FILENO) != 1)
+        return {};
+    return [](std::vector<std::string> const& subjects) {
+        std::cerr << "\r\x1b[K";
+        if (!subjects.empty())
+            std::cerr << "Looking at " << core::join({subjects.begin(), subjects.end()}, ", ") << " ...\r";
+        std::cerr << std::flush;
+    };
 }
 
 } // namespace webots_cloud::app

@@ -1,6 +1,9 @@
 // What both programs need around their servers: arguments, configuration files, signals, exit codes.
 #pragma once
 
+#include "core/doctor/finding.hpp"
+#include "doctor/examination.hpp"
+
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -90,12 +93,19 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
 int ask_running_server(Program const& program, Arguments const& arguments, std::uint16_t port,
                        AccessConfig const& access);
 
-/// What `--doctor` does: reads the configuration, looks at everything that an operator can get wrong, changes
-/// nothing, prints a line for each thing, and returns an exit status: `exit_ok`, 1 where there are warnings,
-/// 2 where something does not work. Takes some ten seconds at most.
-int diagnose_session_server(Arguments const& arguments);
+/// For `--doctor`: reads the configuration, looks at everything that an operator can get wrong, and changes
+/// nothing. Takes some ten seconds at most.
+core::Findings diagnose_session_server(Arguments const& arguments, Progress progress);
 /// `programs` as for `serve_simulations`.
-int diagnose_simulation_server(Arguments const& arguments, std::filesystem::path const& programs);
+core::Findings diagnose_simulation_server(Arguments const& arguments, std::filesystem::path const& programs,
+                                          Progress progress);
+
+/// On a terminal.
+Progress shown_progress();
+
+/// Prints a line for each thing that was found, and ends the program with an exit status: `exit_ok`, 1 where
+/// there are warnings, 2 where something does not work.
+[[noreturn]] void report_findings(Arguments const& arguments, core::Findings const& findings);
 
 /// A sentence as a terminal may get it: in one line, and without what would steer it, whatever files and
 /// arguments are called.

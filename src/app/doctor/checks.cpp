@@ -19,7 +19,6 @@
 
 #include <webots_cloud/adapters/http_server.hpp>
 
-#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
@@ -32,9 +31,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <system_error>
@@ -398,39 +395,6 @@ bool can_wait(Findings& findings)
         findings.emplace_back(core::Verdict::fault, "epoll watches", found.error().message(),
                               "Nothing else was looked at: run the doctor again then.");
     return bool(found);
-}
-
-void report_findings(Arguments const& arguments, Findings findings,
-                     std::function<asio::awaitable<Findings>(asio::any_io_executor)> look)
-{
-    if (look) {
-        asio::io_context context;
-        auto const take = [&findings](std::exception_ptr failure, Findings const& found) {
-            if (failure)
-                std::rethrow_exception(failure);
-            findings.insert(findings.end(), found.begin(), found.end());
-        };
-        asio::co_spawn(context, look(context.get_executor()), take);
-        context.run();
-    }
-    bool const coloured = ::isatty(STDOUT_FILENO) == 1 && !std::getenv("NO_COLOR");
-    std::cout << (arguments.json ? core::findings_json(findings) + "\n"
-                                 : core::findings_text(findings, coloured))
-              << std::flush;
-    // Threads may still be at work (aside.hpp): nothing is torn down below them.
-    std::quick_exit(is_asked_by_root() ? exit_ok : static_cast<int>(core::worst(findings)));
-}
-
-Progress shown_progress()
-{
-    if (::isatty(STDERR_FILENO) != 1)
-        return {};
-    return [](std::vector<std::string> const& subjects) {
-        std::cerr << "\r\x1b[K";
-        if (!subjects.empty())
-            std::cerr << "Looking at " << core::join({subjects.begin(), subjects.end()}, ", ") << " ...\r";
-        std::cerr << std::flush;
-    };
 }
 
 } // namespace webots_cloud::app

@@ -80,15 +80,6 @@ boost::asio::awaitable<result<std::string>> output_of(std::vector<std::string> c
 /// may be looked at.
 bool can_wait(core::Findings& findings);
 
-/// Has `look` look, unless it is empty, and prints what it and `before` have found, as the arguments say.
-/// Ends the program, with their exit status.
-[[noreturn]] void
-report_findings(Arguments const& arguments, core::Findings before,
-                std::function<boost::asio::awaitable<core::Findings>(boost::asio::any_io_executor)> look);
-
-/// For `examine`, on a terminal.
-Progress shown_progress();
-
 /// Reads the configuration, whose faults and warnings are findings; nothing: the faults keep the server from
 /// starting at all.
 template<class Config>

@@ -10,7 +10,6 @@
 #include <webots_cloud/adapters/host.hpp>
 #include <webots_cloud/adapters/names.hpp>
 
-#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 
 #include <exception>
@@ -117,13 +116,7 @@ result<> look_around(Configured<Config>& configured, fs::path const& origin, std
     }
     checks.emplace_back("names", check_hosts(core::named_hosts(config), *names, *clock),
                         limit + std::chrono::seconds(1));
-    auto const take = [&findings](std::exception_ptr failure, Findings const& found) {
-        if (failure)
-            std::rethrow_exception(failure);
-        findings.insert(findings.end(), found.begin(), found.end());
-    };
-    asio::co_spawn(context, examine(std::move(checks), *clock), take);
-    context.run();
+    run_to_end(examine(std::move(checks), *clock), context, findings);
     result<> usable;
     for (auto const& each : findings) {
         if (each.verdict == Verdict::ok)

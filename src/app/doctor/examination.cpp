@@ -3,8 +3,10 @@
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 
+#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 
+#include <exception>
 #include <iterator>
 #include <utility>
 
@@ -74,6 +76,17 @@ asio::awaitable<core::Findings> examine(std::vector<Check> checks, Clock& clock,
         findings.insert(findings.end(), std::make_move_iterator(each.begin()),
                         std::make_move_iterator(each.end()));
     co_return findings;
+}
+
+void run_to_end(asio::awaitable<core::Findings> work, asio::io_context& context, core::Findings& findings)
+{
+    auto const take = [&findings](std::exception_ptr failure, core::Findings const& found) {
+        if (failure)
+            std::rethrow_exception(failure);
+        findings.insert(findings.end(), found.begin(), found.end());
+    };
+    asio::co_spawn(context, std::move(work), take);
+    context.run();
 }
 
 } // namespace webots_cloud::app

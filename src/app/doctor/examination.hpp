@@ -6,6 +6,7 @@
 #include <webots_cloud/transport/clock.hpp>
 
 #include <boost/asio/awaitable.hpp>
+#include <boost/asio/io_context.hpp>
 
 #include <functional>
 #include <string>
@@ -34,5 +35,10 @@ using Progress = std::function<void(std::vector<std::string> const& subjects)>;
 /// Cancellation: terminal; then nothing is found.
 boost::asio::awaitable<core::Findings> examine(std::vector<Check> checks, Clock& clock,
                                                Progress progress = {});
+
+/// Puts what `work` finds behind `findings`. Runs the event loop of `context` until then, as there is no
+/// other where no server runs.
+void run_to_end(boost::asio::awaitable<core::Findings> work, boost::asio::io_context& context,
+                core::Findings& findings);
 
 } // namespace webots_cloud::app

@@ -125,24 +125,24 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
     co_return findings;
 }
 
-int diagnose_session_server(Arguments const& arguments)
+Findings diagnose_session_server(Arguments const& arguments, Progress progress)
 {
     Findings findings;
     auto const config = read_for_doctor<SessionConfig>(arguments, parse_session_config, findings);
-    // `report_findings` ends the program.
     if (!config || !can_wait(findings))
-        report_findings(arguments, std::move(findings), {});
+        return findings;
     auto const port = config->address.port;
     auto const viewpoint = view_from_outside("session", port, config->access);
-    auto const seen = view_of_service("session", arguments, viewpoint.socket);
-    if (seen.is_complete)
-        report_findings(arguments, seen.findings, [port](asio::any_io_executor const&) {
-            return findings_of_root(wanted_memory, port);
-        });
+    auto seen = view_of_service("session", arguments, viewpoint.socket);
+    asio::io_context context;
+    if (seen.is_complete) {
+        run_to_end(findings_of_root(wanted_memory, port), context, seen.findings);
+        return seen.findings;
+    }
     findings.insert(findings.begin(), seen.findings.begin(), seen.findings.end());
-    report_findings(arguments, std::move(findings), [&config, &viewpoint](asio::any_io_executor executor) {
-        return examine_session_server(*config, viewpoint, executor, shown_progress());
-    });
+    run_to_end(examine_session_server(*config, viewpoint, context.get_executor(), std::move(progress)),
+               context, findings);
+    return findings;
 }
 
 } // namespace webots_cloud::app

@@ -242,28 +242,27 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     co_return findings;
 }
 
-int diagnose_simulation_server(Arguments const& arguments, fs::path const& programs)
+Findings diagnose_simulation_server(Arguments const& arguments, fs::path const& programs, Progress progress)
 {
     Findings findings;
     auto const config = read_for_doctor<SimulationConfig>(arguments, parse_simulation_config, findings);
-    // `report_findings` ends the program.
     if (!config || !can_wait(findings))
-        report_findings(arguments, std::move(findings), {});
+        return findings;
     auto const port = config->address.port;
     auto const viewpoint = view_from_outside("simulation", port, config->access);
-    auto const seen = view_of_service("simulation", arguments, viewpoint.socket);
-    if (seen.is_complete)
-        report_findings(arguments, seen.findings, [port, &config](asio::any_io_executor const&) {
-            return findings_of_root(wanted_memory(*config), port);
-        });
+    auto seen = view_of_service("simulation", arguments, viewpoint.socket);
+    asio::io_context context;
+    if (seen.is_complete) {
+        run_to_end(findings_of_root(wanted_memory(*config), port), context, seen.findings);
+        return seen.findings;
+    }
     findings.insert(findings.begin(), seen.findings.begin(), seen.findings.end());
     auto const absolute = absolute_path(programs);
-    report_findings(arguments, std::move(findings),
-                    [&config, &absolute, &viewpoint](asio::any_io_executor executor) {
-                        auto const simulator = simulator_findings(*config, find_simulator(*config, absolute));
-                        return examine_simulation_server(*config, absolute, simulator, viewpoint, executor,
-                                                         shown_progress());
-                    });
+    auto const simulator = simulator_findings(*config, find_simulator(*config, absolute));
+    run_to_end(examine_simulation_server(*config, absolute, simulator, viewpoint, context.get_executor(),
+                                         std::move(progress)),
+               context, findings);
+    return findings;
 }
 
 } // namespace webots_cloud::app
