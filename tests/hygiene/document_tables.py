@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 STARTS_THREADS = {
     'adapters/files/mount_thread', 'adapters/git/git2_transport', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_lfs', 'adapters/git/git_source',
     'adapters/git_cache/git_checkout', 'adapters/git_packs/git_copy', 'adapters/host/nvml', 'adapters/logs/kept_file', 'adapters/logs/line_file',
-    'adapters/logs/simulation_logs', 'adapters/mail/curl_smtp', 'adapters/process/guard_probe', 'adapters/process/process_host',
+    'adapters/logs/simulation_logs', 'adapters/mail/curl_smtp', 'adapters/process/guard_probe', 'adapters/process/process_host', 'adapters/process/process_inspection',
     'adapters/process/subordinate_users',
     'adapters/projects/directory_source', 'adapters/projects/folder_meter', 'adapters/projects/subordinate_source',
     'adapters/projects/text_files',

@@ -7,9 +7,10 @@
 #include "async/cancellation.hpp"
 #include "control_groups.hpp"
 #include "core/text.hpp"
-#include "listening_ports.hpp"
+#include "guard_command.hpp"
+#include "held_port.hpp"
 #include "orphans.hpp"
-#include "process_usage.hpp"
+#include "process_inspection.hpp"
 #include "spawn.hpp"
 
 #include <webots_cloud/adapters/processes.hpp>
@@ -26,7 +27,6 @@
 #include <boost/process/v2/process.hpp>
 
 #include <fcntl.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -53,10 +53,6 @@ using core::concat;
 constexpr std::size_t read_size = 16 * 1024; // of output, at once
 
 constexpr std::size_t default_max_processes = 256; // to look at
-
-constexpr std::uint64_t file_size_reserve = 1 << 20; // so that such a file is more than all may be
-
-constexpr std::uint64_t process_reserve = 16; // so that an attempt to have more is noticed
 
 constexpr auto wake_interval = std::chrono::milliseconds(250); // of WakeCalls
 
@@ -92,135 +88,12 @@ private:
     bool over_ = false;
 };
 
-/// A group that is removed when its last user is gone, by which time no process should be in it.
-struct OwnGroup
-{
-    OwnGroup(std::shared_ptr<ControlGroups> all, ControlGroups::Group made)
-        : groups(std::move(all)), group(std::move(made))
-    {}
-    OwnGroup(OwnGroup&&) = delete;
-    ~OwnGroup() { groups->remove(group); }
-
-    std::shared_ptr<ControlGroups> groups;
-    ControlGroups::Group group;
-};
-
 /// Waits for a guard whose owner has been destroyed, so that it leaves no zombie.
 asio::awaitable<void> await_end(process::process guard, std::shared_ptr<WakeCalls> wake_calls,
-                                std::shared_ptr<OwnGroup const>)
+                                std::shared_ptr<adapters::OwnGroup const>)
 {
     (void)co_await guard.async_wait(asio::as_tuple(asio::use_awaitable));
     wake_calls->stop();
-}
-
-/// Threads that inspect processes in /proc: how long that takes depends on what the processes do.
-struct InspectionThreads
-{
-    adapters::BlockingPool ports{1};
-    adapters::BlockingPool usage{1, adapters::BlockingPool::Priority::background};
-    /// Of processes with limits, whose work must not make us late.
-    adapters::BlockingPool limits{1};
-};
-
-/// Whether the processes below `root` listen, and where: work for a thread that may wait.
-struct FindPort
-{
-    std::uint16_t operator()() const
-    {
-        if (relayed == 0)
-            return adapters::listening_port(root, first, last);
-        bool const listens =
-            broker.empty() ? adapters::has_listener(relayed) : adapters::has_listener(broker);
-        return listens ? relayed : std::uint16_t{0};
-    }
-
-    pid_t root;
-    std::uint16_t first;
-    std::uint16_t last;
-    /// Not 0: the port that the guard keeps for a tree with a network of its own, and listens on when the
-    /// tree does. Nobody else can.
-    std::uint16_t relayed;
-    std::string broker; ///< Not empty: the Unix socket that the guard listens on in place of the port.
-};
-
-/// What the processes below `root` use: by /proc, and where they have control groups, by the kernel's own
-/// counters, which also know of those that have ended.
-struct TakeUsage
-{
-    ProcessUsage operator()() const
-    {
-        auto usage = adapters::process_usage(root, max_processes, enough_memory, graphics.get());
-        if (!group)
-            return usage;
-        auto const counted = ControlGroups::usage(group->group);
-        if (group->group.memory > 0) { // what is over the limit of memory, the kernel kills
-            usage.memory_bytes = counted.memory_bytes;
-            usage.own_memory_bytes = 0;
-        }
-        if (group->group.processes > 0)
-            usage.processes = counted.processes;
-        if (group->group.processors > 0)
-            usage.processor = counted.processor;
-        usage.memory_kills = counted.memory_kills;
-        usage.refused_forks = counted.refused_forks;
-        usage.complete = usage.complete || (group->group.memory > 0 && group->group.processors > 0);
-        return usage;
-    }
-
-    pid_t root;
-    std::size_t max_processes;
-    std::uint64_t enough_memory;
-    bool has_limits;
-    std::shared_ptr<OwnGroup const> group;
-    std::shared_ptr<GraphicsTimes const> graphics;
-};
-
-/// When no process is left: what the kernel has refused them.
-struct TakeRefusals
-{
-    ProcessUsage operator()()
-    {
-        auto const counted = ControlGroups::usage(group->group);
-        ProcessUsage usage;
-        usage.memory_kills = counted.memory_kills;
-        usage.refused_forks = counted.refused_forks;
-        group.reset();
-        return usage;
-    }
-
-    std::shared_ptr<OwnGroup const> group;
-};
-
-// The `Process` that asked may be destroyed before these have their result.
-
-asio::awaitable<std::uint16_t> find_port(std::shared_ptr<InspectionThreads> inspection, FindPort work)
-{
-    co_return co_await inspection->ports.run(work);
-}
-
-asio::awaitable<ProcessUsage> take_usage(std::shared_ptr<InspectionThreads> inspection, TakeUsage work)
-{
-    if (work.has_limits)
-        co_return co_await inspection->limits.run(work);
-    co_return co_await inspection->usage.run(work);
-}
-
-/// `end_writers`, for a thread that may wait.
-struct EndWriters
-{
-    bool operator()() const
-    {
-        adapters::end_writers(pipe);
-        return true;
-    }
-
-    ino_t pipe;
-};
-
-asio::awaitable<void> end_writers_aside(std::shared_ptr<InspectionThreads> inspection, ino_t pipe)
-{
-    EndWriters work{pipe};
-    (void)co_await inspection->limits.run(work);
 }
 
 asio::awaitable<ProcessUsage> known_usage(ProcessUsage usage)
@@ -300,15 +173,16 @@ class GuardedProcess final : public Process
 {
 public:
     GuardedProcess(process::process guard, adapters::FileDescriptor control, asio::readable_pipe output,
-                   std::shared_ptr<InspectionThreads> inspection, ProcessSpec const& spec,
-                   std::shared_ptr<OwnGroup const> group, std::shared_ptr<GraphicsTimes const> graphics)
+                   std::shared_ptr<adapters::InspectionThreads> inspection, ProcessSpec const& spec,
+                   std::shared_ptr<adapters::OwnGroup const> group,
+                   std::shared_ptr<GraphicsTimes const> graphics)
         : guard_(std::move(guard)), control_(std::move(control)), output_(std::move(output)),
           inspection_(std::move(inspection)), relayed_port_(port_of(spec.network)),
           broker_(spec.network.broker.native()), group_(std::move(group)), graphics_(std::move(graphics)),
           limits_(spec.limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id())),
           orphans_(
               std::make_shared<adapters::Orphans>(output_, guard_.id(), [threads = inspection_](ino_t pipe) {
-                  return end_writers_aside(threads, pipe);
+                  return adapters::end_writers_aside(threads, pipe);
               }))
     {
         if (!reports_port(spec))
@@ -343,12 +217,12 @@ public:
     }
     asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
     {
-        FindPort work{guard_.id(), first, last, relayed_port_, broker_};
-        return find_port(inspection_, std::move(work));
+        adapters::FindPort work{guard_.id(), first, last, relayed_port_, broker_};
+        return adapters::find_port(inspection_, std::move(work));
     }
     asio::awaitable<ProcessUsage> usage() override
     {
-        return status_ ? known_usage(refusals_) : take_usage(inspection_, usage_to_take());
+        return status_ ? known_usage(refusals_) : adapters::take_usage(inspection_, usage_to_take());
     }
 
 private:
@@ -363,15 +237,15 @@ private:
         return port_of(spec.network) != 0 && spec.container.docker.empty() && spec.remote.command.empty();
     }
 
-    TakeUsage usage_to_take() const;
+    adapters::TakeUsage usage_to_take() const;
 
     process::process guard_;
     adapters::FileDescriptor control_;
     asio::readable_pipe output_;
-    std::shared_ptr<InspectionThreads> inspection_;
+    std::shared_ptr<adapters::InspectionThreads> inspection_;
     std::uint16_t relayed_port_;
     std::string broker_;
-    std::shared_ptr<OwnGroup const> group_; ///< Null: it has none.
+    std::shared_ptr<adapters::OwnGroup const> group_; ///< Null: it has none.
     std::shared_ptr<GraphicsTimes const> graphics_;
     ProcessLimits limits_;
     ProcessUsage refusals_; ///< Once it has ended.
@@ -382,9 +256,9 @@ private:
     std::optional<ExitStatus> status_;
 };
 
-TakeUsage GuardedProcess::usage_to_take() const
+adapters::TakeUsage GuardedProcess::usage_to_take() const
 {
-    TakeUsage work;
+    adapters::TakeUsage work;
     work.root = guard_.id();
     // Lest more processes be overlooked than there may be.
     work.max_processes = std::max(default_max_processes, static_cast<std::size_t>(limits_.processes) + 1);
@@ -430,7 +304,7 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
         co_return Failure(error);
     wake_calls_->stop();
     if (group_) { // not cancellable: the end is reported with its reason
-        TakeRefusals work{std::exchange(group_, nullptr)};
+        adapters::TakeRefusals work{std::exchange(group_, nullptr)};
         refusals_ = co_await async::uncancellable(inspection_->limits.run(std::move(work)));
     }
     int const status = guard_.native_exit_code();
@@ -483,16 +357,6 @@ struct Reap
     pid_t id = -1;
 };
 
-/// A bound port that refuses connections. Nobody waits for it, and so it takes no watch of the event loop's.
-class BoundPort final : public PortHold
-{
-public:
-    explicit BoundPort(adapters::FileDescriptor socket) : socket_(std::move(socket)) {}
-
-private:
-    adapters::FileDescriptor socket_;
-};
-
 /// Starts programs on this machine, each below a guard.
 class LocalProcessHost final : public ProcessHost
 {
@@ -505,72 +369,21 @@ public:
     {}
 
     asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) override;
-    result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) override;
+    result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) override
+    {
+        return adapters::hold_port(port);
+    }
 
 private:
-    std::vector<std::string> guard_arguments(ProcessSpec const& spec, std::filesystem::path const& here,
-                                             OwnGroup const* group) const;
-
     asio::any_io_executor executor_;
     std::filesystem::path guard_;
     std::vector<std::filesystem::path> read_only_;
     std::shared_ptr<ControlGroups> groups_;
     std::shared_ptr<GraphicsTimes const> graphics_;
     adapters::BlockingPool pool_{1};
-    std::shared_ptr<InspectionThreads> inspection_ = std::make_shared<InspectionThreads>();
+    std::shared_ptr<adapters::InspectionThreads> inspection_ =
+        std::make_shared<adapters::InspectionThreads>();
 };
-
-void add_network(std::vector<std::string>& arguments, ProcessNetwork const& network)
-{
-    using enum ProcessNetwork::Reach;
-    if (network.reach == host)
-        return;
-    auto const port = std::to_string(network.port);
-    if (network.reach == none)
-        arguments.insert(arguments.end(), {"--network", "none", port});
-    else
-        arguments.insert(arguments.end(), {"--network", "internet", port, network.slirp.native(),
-                                           network.ip.native(), network.rules.native()});
-    if (!network.broker.empty())
-        arguments.insert(arguments.end(), {"--broker", network.broker.native()});
-}
-
-std::string milliseconds(Duration time)
-{
-    return std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
-}
-
-void add_user(std::vector<std::string>& arguments, std::optional<ProcessUser> const& user)
-{
-    if (!user)
-        return;
-    auto groups = std::to_string(user->group);
-    for (auto const group : user->groups)
-        groups.append(concat(",", std::to_string(group)));
-    arguments.insert(arguments.end(), {"--user", std::to_string(user->user), groups, user->folder.native(),
-                                       user->home.native(), user->x_authority.native()});
-    for (auto const& path : user->visible)
-        arguments.insert(arguments.end(), {"--visible", path.native()});
-}
-
-void add_limits(std::vector<std::string>& arguments, ProcessLimits const& limits, OwnGroup const* group)
-{
-    auto const add = [&arguments](char const* name, std::uint64_t value) {
-        if (value > 0)
-            arguments.insert(arguments.end(), {"--limit", name, std::to_string(value)});
-    };
-    if (group)
-        for (auto const& folder : group->group.folders)
-            arguments.insert(arguments.end(), {"--group", folder.native()});
-    // Address space says nothing about memory: graphics libraries reserve much more than they use. What a
-    // process could write counts also before it does, hence twice the limit.
-    if (!group || group->group.memory == 0)
-        add("data", 2 * limits.memory);
-    if (!group || group->group.processes == 0)
-        add("processes", limits.processes > 0 ? limits.processes + process_reserve : 0);
-    add("files", limits.files);
-    add("file-size", limits.disk > 0 ? limits.disk + file_size_reserve : 0);
-}
 
 /// Makes the groups of one program.
 struct MakeGroup
@@ -580,67 +393,6 @@ struct MakeGroup
     std::shared_ptr<ControlGroups> groups;
     ProcessLimits limits;
 };
-
-/// Has the program started by another guard, which `spec.remote` starts elsewhere. Of the arguments
-/// `cleanup_size` are for our own.
-void put_elsewhere(std::vector<std::string>& arguments, std::size_t cleanup_size, std::string const& guard,
-                   ProcessSpec const& spec)
-{
-    auto const& remote = spec.remote;
-    std::vector<std::string> ours;
-    if (!remote.copied.empty())
-        ours.insert(ours.end(), {"--send", std::to_string(remote.copied.size())});
-    for (auto const& path : remote.copied)
-        ours.push_back(path.native());
-    ours.push_back(milliseconds(spec.grace));
-    ours.insert(ours.end(), remote.command.begin(), remote.command.end());
-    ours.insert(ours.end(),
-                {guard, "--job", std::to_string(remote.first_port), std::to_string(remote.last_port)});
-    if (!remote.copied.empty())
-        ours.insert(ours.end(), {"--receive", remote.copied_to.native(), spec.directory.native()});
-    arguments.insert(arguments.begin() + static_cast<std::ptrdiff_t>(cleanup_size), ours.begin(), ours.end());
-}
-
-/// The command line of the guard (src/guard/main.cpp), with that of the program at its end.
-std::vector<std::string> LocalProcessHost::guard_arguments(ProcessSpec const& spec,
-                                                           std::filesystem::path const& here,
-                                                           OwnGroup const* group) const
-{
-    std::vector<std::string> arguments;
-    if (!spec.cleanup_command.empty()) {
-        arguments.emplace_back("--cleanup");
-        arguments.push_back(std::to_string(spec.cleanup_command.size()));
-        arguments.insert(arguments.end(), spec.cleanup_command.begin(), spec.cleanup_command.end());
-    }
-    // What comes before this is for our own guard, also where the program is started elsewhere.
-    auto const cleanup_size = arguments.size();
-    if (spec.user && spec.user->user_namespace >= 0)
-        arguments.emplace_back("--subordinate");
-    if (spec.set_user_id)
-        arguments.emplace_back("--set-user-id");
-    add_network(arguments, spec.network);
-    add_limits(arguments, spec.limits, group);
-    if (!spec.container.docker.empty())
-        arguments.insert(arguments.end(),
-                         {"--container", spec.container.docker.native(), spec.container.label});
-    if (!spec.own_sandbox.empty())
-        arguments.insert(arguments.end(), {"--own-sandbox", spec.own_sandbox.native()});
-    if (spec.own_displays)
-        arguments.emplace_back("--own-displays");
-    int descriptor = ProcessSpec::first_opened;
-    for (auto const& file : spec.opened)
-        arguments.insert(arguments.end(), {"--open", std::to_string(descriptor++), file.native()});
-    add_user(arguments, spec.user);
-    for (auto const& folder : read_only_) {
-        arguments.emplace_back("--read-only");
-        arguments.push_back((here / folder).string());
-    }
-    arguments.push_back(milliseconds(spec.grace));
-    arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());
-    if (!spec.remote.command.empty())
-        put_elsewhere(arguments, cleanup_size, (here / guard_).string(), spec);
-    return arguments;
-}
 
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
 {
@@ -654,14 +406,14 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     boost::system::error_code error;
     auto const here = std::filesystem::current_path(error); // the guard starts in the folder of the process
     spec.argv.front() = (here / spec.argv.front()).string();
-    std::shared_ptr<OwnGroup const> group;
+    std::shared_ptr<adapters::OwnGroup const> group;
     if (groups_ && spec.limits.any() && spec.remote.command.empty()) {
         MakeGroup work{groups_, spec.limits};
         auto made = co_await pool_.run(std::move(work));
         if (!made)
             co_return made.error();
         if (!made->folders.empty())
-            group = std::make_shared<OwnGroup const>(groups_, std::move(*made));
+            group = std::make_shared<adapters::OwnGroup const>(groups_, std::move(*made));
     }
 
     asio::readable_pipe output(executor_);
@@ -681,7 +433,11 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     auto const directory = begins_here ? here : spec.directory;
     adapters::Spawn spawn;
     spawn.program = (here / guard_).string();
-    spawn.arguments = guard_arguments(spec, here, group.get());
+    std::vector<std::string> read_only;
+    for (auto const& folder : read_only_)
+        read_only.push_back((here / folder).string());
+    spawn.arguments =
+        adapters::guard_arguments(spec, spawn.program, read_only, group ? &group->group : nullptr);
     for (auto const& [name, value] : spec.environment)
         spawn.environment.push_back(concat(name, "=", value));
     spawn.directory = directory.string();
@@ -704,46 +460,6 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     // the output is the end of the tree.
     co_return std::make_unique<GuardedProcess>(std::move(*guard), std::move(control), std::move(output),
                                                inspection_, spec, std::move(group), graphics_);
-}
-
-/// A bound socket that refuses connections; without one: `errno` says why.
-adapters::FileDescriptor hold_address(sockaddr const& address, socklen_t size)
-{
-    constexpr int on = 1;
-    constexpr int off = 0;
-    adapters::FileDescriptor socket(::socket(address.sa_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    int const number = socket.get();
-    if (socket && address.sa_family == AF_INET6)
-        ::setsockopt(number, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof off);
-    // With the address reusable, ports in TIME_WAIT count as free, as they are for the simulator. Other
-    // sockets with SO_REUSEADDR, which all servers set, could still bind the port, unless this one listens or
-    // has a port that is not reusable. So it listens until the option is off again; then it is shut down, so
-    // that it accepts no connection that nobody would answer.
-    if (!socket || ::setsockopt(number, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
-        ::bind(number, &address, size) != 0 || ::listen(number, 1) != 0 ||
-        ::setsockopt(number, SOL_SOCKET, SO_REUSEADDR, &off, sizeof off) != 0 ||
-        ::shutdown(number, SHUT_RD) != 0)
-        return adapters::FileDescriptor();
-    return socket;
-}
-
-/// Of IPv6 too: browsers that are told `localhost` ask `::1` first, where somebody else may listen.
-result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)
-{
-    sockaddr_in6 everywhere{};
-    everywhere.sin6_family = AF_INET6;
-    everywhere.sin6_port = htons(port);
-    auto socket = hold_address(reinterpret_cast<sockaddr const&>(everywhere), sizeof everywhere);
-    if (!socket && (errno == EAFNOSUPPORT || errno == EADDRNOTAVAIL)) { // a machine without IPv6
-        sockaddr_in any{};
-        any.sin_family = AF_INET;
-        any.sin_port = htons(port);
-        socket = hold_address(reinterpret_cast<sockaddr const&>(any), sizeof any);
-    }
-    if (!socket)
-        return Failure(errc::unavailable, concat("port ", std::to_string(port), ": ",
-                                                 std::error_code(errno, std::generic_category()).message()));
-    return std::make_unique<BoundPort>(std::move(socket));
 }
 
 } // namespace
