@@ -1,3 +1,5 @@
+// The page is a shell with the first figures as JSON, which scripts in src/web/monitor draw and keep up to
+// date: no row is made twice, here and there.
 #include "monitor_page.hpp"
 
 #include "core/text.hpp"
