@@ -1,4 +1,4 @@
-"""The rows of a class that starts all at once: cold starts of one world until the last robot moves.
+"""The rows of a class that starts all at once: cold starts of one world until the last robot moves, and starts of staged simulations.
 
 The floor is what nobody can do without: a shell copies the project and starts the simulator, as often, without any wall. The demo simulator needs some 30 ms
 to load its world, where Webots computes for seconds; so there is a second row, with a simulator that computes before it loads, as both do then.
@@ -8,19 +8,22 @@ import asyncio
 import contextlib
 import json
 import os
+import re
 import shutil
+import statistics
 import tempfile
 import time
 
 import start_bench
 import websockets
-from row import Row, ratio
-from support.browser_client import LOCAL, Browser
+from row import Row, itself, ratio
+from support.browser_client import LOCAL, WORLD, Browser
 from support.ports import free_port
 from support.projects import EXAMPLES
-from support.servers import PATIENCE, SimulationServer, program
+from support.servers import PATIENCE, SessionServer, SimulationServer, program, wait_until
 
 STUDENTS = 30
+PASSWORD = "abcd-efgh-jkmn"  # of teachers
 WEBOTS = """#!/bin/sh
 head -c {megabytes}M /dev/zero | sha256sum >/dev/null
 exec {folder}/demo_simulator "$@"
@@ -101,7 +104,68 @@ def crowd(megabytes):
     return setting
 
 
+async def hear(page, key):
+    """The first message with this key."""
+    while True:
+        message = json.loads(await asyncio.wait_for(page.recv(), PATIENCE))
+        if key in message:
+            return message[key]
+
+
+async def until_staged(teacher, seats):
+    while await hear(teacher, "staged") != {"ready": seats, "seats": seats}:
+        pass
+
+
+async def start_of_student(session, seat, wait):
+    """Milliseconds from `start` to `webots:`, by way of the session server."""
+    async with websockets.connect(f"ws://localhost:{session.port}/client") as client:
+        await asyncio.sleep(wait)
+        began = time.monotonic()
+        await client.send(json.dumps({"start": {"url": WORLD, "mode": "mjpeg", "waiting": True, "class": seat}}))
+        while not (await asyncio.wait_for(client.recv(), PATIENCE)).startswith("webots:"):
+            pass
+        return (time.monotonic() - began) * 1000
+
+
+async def starts_of_class(session, students):
+    """A class opens, is ready, and all its students start within a second."""
+    async with contextlib.AsyncExitStack() as stack:
+        def page():
+            return stack.enter_async_context(websockets.connect(f"ws://localhost:{session.port}/class"))
+        teacher = await page()
+        await teacher.send(json.dumps({"teach": {"password": PASSWORD, "world": WORLD, "mode": "mjpeg", "seats": students}}))
+        code = (await hear(teacher, "class"))["code"]
+        await until_staged(teacher, students)
+        seats = []
+        for number in range(students):
+            student = await page()
+            await student.send(json.dumps({"join": {"code": code, "name": f"Student {number}"}}))
+            seats.append((await hear(student, "joined"))["seat"])
+        return await asyncio.gather(*(start_of_student(session, seat, number / students) for number, seat in enumerate(seats)))
+
+
+@contextlib.contextmanager
+def class_that_is_ready(quick):
+    students = 3 if quick else STUDENTS
+    walls = start_bench.KINDS["bubblewrap, as shipped"]
+    settings = {"maxConnections": students, "loadFormula": "reference", "simulationsPerAddress": 0}
+
+    def measure():
+        with SimulationServer(**LOCAL, **walls, **settings) as machine:
+            with SessionServer([machine.address], relay=True, teacherPassword=PASSWORD, loadThreshold=1000) as session:
+                wait_until(lambda: session.get("/") == "1", "the machine has not reported")
+                took = asyncio.run(starts_of_class(session, students))
+            taken = float(re.search(r"^webots_staged_taken_total (\S+)$", machine.get("/metrics"), re.MULTILINE)[1])
+            if taken != students:
+                raise AssertionError(f"{taken:.0f} of {students} starts got a staged simulation")
+        return {"ours": max(took), "median": statistics.median(took)}
+    yield measure
+
+
 ROWS = [
+    Row(f"the slowest of {STUDENTS} students who start within a second, all staged for their class, from `start` to `webots:`", "ms", "at most 15 ms", 15,
+        itself, class_that_is_ready),
     Row(f"{STUDENTS} starts at once, as shipped, until the last robot moves", "s", "at most 1.15 × floor", 1.15, ratio("floor"), crowd(0)),
     Row("the same with a simulator that computes for a second", "s", "at most 1.15 × floor", 1.15, ratio("floor"), crowd(SLOW_MEGABYTES)),
 ]
