@@ -27,6 +27,7 @@ test('the viewer is a handful of requests, and asks for a simulation', async (t)
   await page.waitForSelector('body:not([data-availability="unknown"])');
   await page.waitForLoadState('networkidle');
   const loaded = await page.evaluate(() => [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')]
+    .filter(({ transferSize }) => transferSize > 0) // Firefox takes the icon from its cache a second time
     .map(({ name, encodedBodySize }) => ({ name, encodedBodySize })));
   assert.deepEqual(missing, []);
   assert.ok(loaded.length <= MOST_REQUESTS, JSON.stringify(loaded, null, 1));

@@ -470,7 +470,8 @@ class Layout(ViewerTest):
         self.addCleanup(browser.resize, self.driver, 1280, 800)
         self.run_simulation()
         browser.resize(self.driver, 700, 800)
-        self.wait(lambda: self.driver.execute_script("return document.getElementById('screen').clientWidth") == 700, "the new size")
+        widths = "return [innerWidth, document.getElementById('screen').clientWidth - document.documentElement.clientWidth]"
+        self.wait(lambda: self.driver.execute_script(widths) == [700, 0], "the new size")
         size = self.driver.execute_script("const s = document.getElementById('screen'); return `${s.clientWidth}x${s.clientHeight}`")
         self.wait(lambda: self.cloud.controls[-1] == f"resize: {size}", "the simulator is told")
 

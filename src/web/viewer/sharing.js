@@ -22,11 +22,11 @@ export class Sharing {
     const link = this.#link();
     this.#isCopied = false;
     element('link').value = link;
+    element('link').setSelectionRange(0, 0); // the focus shows where the cursor is
     element('link-local').hidden = !isOfThisMachine(location.hostname);
     element('qr').replaceChildren();
     this.sayAll();
     element('sharing').showModal();
-    element('link').scrollLeft = 0; // the focus shows its end
     const picture = await drawQrCode(link, new URL('../class/qr.js', location.href).href);
     if (picture !== null && element('link').value === link)
       element('qr').replaceChildren(picture);
