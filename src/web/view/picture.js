@@ -47,8 +47,10 @@ export class Picture {
     this.#image.draggable = false;
     this.#image.onerror = () => this.#tryAgain();
     this.#image.onload = () => {
+      if (this.#source === null)
+        return; // forgotten while the event was on its way
       if (this.#forGood)
-        this.#unreadable.add(new URL(this.#image.src).origin);
+        this.#unreadable.add(new URL(this.#source.url).origin);
       this.#arrive();
     };
     this.#surface.append(this.#canvas);
