@@ -103,6 +103,7 @@ test('Run compiles a program in C: what is wrong is marked and nothing runs, and
 const ofView = '#simulation';
 
 async function programOf(student, program) {
+  await student.bringToFront(); // in Firefox the other pages are hidden
   await student.fill(`${ofView} ${EDITOR}`, program);
   await student.click(`${ofView} .program-editor .primary`);
 }
@@ -128,6 +129,7 @@ test('in a class the teacher sees who runs what, reads it, gives a starting file
   await runs('Grace', /^move\.py, changed · goal reached in \d+\.\d s$/);
 
   // Read beside its picture, and on the projector: that page shows one simulation, and can have the whole screen.
+  await teacher.bringToFront();
   await tile(teacher, 'Grace').locator('.look').click();
   await shown(teacher, 'look');
   await teacher.waitForSelector('#look-view [data-live]');

@@ -5,7 +5,7 @@ import { existsSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { accessibilityFindings, until } from './page.mjs';
+import { accessibilityFindings, inFirefox, until } from './page.mjs';
 import { PHONE, cloud, openViewer, runSimulation, state } from './viewer_page.mjs';
 
 const PROGRAM = 'from controller import Robot; name = "e-puck"\nrobot = Robot()\nwhile robot.step(32) != -1:\n    pass\n';
@@ -68,9 +68,9 @@ test('nothing of the editor is loaded or shown where there is nothing to change'
 });
 
 // With each editor that there can be.
-function each(name, body) {
+function each(name, body, options = {}) {
   for (const editor of EDITORS)
-    test(`${editor.name}: ${name}`, (t) => body(t, editor));
+    test(`${editor.name}: ${name}`, options, (t) => body(t, editor));
 }
 
 each('a program is changed, saved with Ctrl+S, and run from the beginning', async (t, editor) => {
@@ -193,11 +193,12 @@ each('programs are downloaded, several as an archive', async (t, editor) => {
   const { strFromU8, unzipSync } = createRequire(`${PACKAGES}/`)('fflate');
   const files = Object.entries(unzipSync(bytes)).map(([path, content]) => [path, strFromU8(content)]);
   assert.deepEqual(files, [['drive/drive.py', 'print("mine")\n'], ['drive/map.py', 'MAP = 1\n']]);
-});
+}, { skip: inFirefox('its driver tells nothing of downloads') });
 
 each('when the project has changed meanwhile, what is different is shown, and the project\u2019s is taken with one press', async (t, editor) => {
   const page = await openEditor(t, editor);
-  await page.fill(editor.element, PROGRAM.replace('pass', 'print("mine")'));
+  const mine = PROGRAM.replace(/while[^]*/, 'print("mine")\n'); // nothing indented: Firefox's driver types, and the editor indents then
+  await page.fill(editor.element, mine);
   await page.waitForFunction(() => (localStorage.getItem('webots-cloud.programs') ?? '').includes('mine'));
   await page.click('#quit');
   await state(page, 'idle');
@@ -205,10 +206,10 @@ each('when the project has changed meanwhile, what is different is shown, and th
   await page.click('#start');
   await state(page, 'running');
   await page.click('#show-code');
-  await has(page, editor, PROGRAM.replace('pass', 'print("mine")'));
+  await has(page, editor, mine);
   assert.match(await said(page), /^This is what you wrote last time. The project\u2019s own program has changed since/);
   assert.equal(await page.locator('#programs .changes pre').textContent(),
-    '- # New.\n  from controller import Robot; name = "e-puck"\n  robot = Robot()\n  while robot.step(32) != -1:\n-     pass\n+     print("mine")\n  \n');
+    '- # New.\n  from controller import Robot; name = "e-puck"\n  robot = Robot()\n- while robot.step(32) != -1:\n-     pass\n+ print("mine")\n  \n');
   assert.deepEqual(await accessibilityFindings(page), []);
   page.on('dialog', (dialog) => dialog.accept());
   await page.click('#programs button:text("Undo everything")');
