@@ -264,7 +264,8 @@ GitOutcome GitFetch::carry_out(ReadWorlds const&)
 {
     auto base = core::concat(order_.project.forge, "/", order_.project.owner, "/", order_.project.repository,
                              "/blob");
-    for (auto const part : core::split(plan_.ref(), '/'))
+    auto const ref = plan_.ref(); // of which the parts are views
+    for (auto const part : core::split(ref, '/'))
         base += core::concat("/", core::percent_encode(part));
     worlds_ = download_->read_worlds(base);
     return Done();
