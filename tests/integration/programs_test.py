@@ -222,6 +222,7 @@ class Programs(unittest.IsolatedAsyncioTestCase):
                     while str(await asyncio.wait_for(view.recv(), PATIENCE)) != line:
                         pass
                 await view.send("w3d;broadcast")
+                await hear("stdout:go")  # else what is saved may be read already, and be in the way of the reset
                 self.assertTrue((await self.save(browser, FILE, SWAPPER.format(secret=self.outside)))["saved"])
                 await view.send("reset")
                 await hear("stdout:I swap")
