@@ -149,7 +149,7 @@ async def starts_of_class(session, students):
 def class_that_is_ready(quick):
     students = 3 if quick else STUDENTS
     walls = start_bench.KINDS["bubblewrap, as shipped"]
-    settings = {"maxConnections": students, "loadFormula": "reference", "simulationsPerAddress": 0}
+    settings = {"maxConnections": students + 1, "loadFormula": "reference", "simulationsPerAddress": 0}
 
     def measure():
         with SimulationServer(**LOCAL, **walls, **settings) as machine:
