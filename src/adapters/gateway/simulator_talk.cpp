@@ -73,7 +73,7 @@ private:
 
     bool take_message(std::string text)
     {
-        size_ += text.size();
+        size_ += text.size() + sizeof text; // empty ones take memory, too
         if (size_ > max_talk_heard)
             return false;
         if (!is_closing_ && text == last_) {

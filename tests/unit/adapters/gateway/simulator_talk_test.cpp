@@ -144,6 +144,9 @@ BOOST_AUTO_TEST_CASE(a_simulator_that_never_stops_talking_is_left)
     Simulator simulator;
     simulator.answers = {Texts(40, std::string(60'000, 'x'))};
     BOOST_TEST(simulator.talk({"pause"}, "paused by client").size() < 20u);
+    Simulator silent; // which says nothing, again and again
+    silent.answers = {Texts(100'000)};
+    BOOST_TEST(silent.talk({"pause"}, "paused by client").size() < 40'000u);
 }
 
 BOOST_AUTO_TEST_CASE(where_nobody_listens_nothing_is_heard)
