@@ -3,6 +3,7 @@
 // ends, and says why it ends.
 #include "daemon.hpp"
 #include "adapters/host/epoll_watches.hpp"
+#include "adapters/host/program_pages.hpp"
 #include "adapters/threads/low_latency_scheduling.hpp"
 #include "async/first_of.hpp"
 #include "own_limits.hpp"
@@ -11,9 +12,11 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <iostream>
 #include <sys/prctl.h>
@@ -82,6 +85,8 @@ void raise_descriptor_limit()
         ::close(used);
 }
 
+constexpr auto longest_start = std::chrono::seconds(1); // of most; a longer one takes some pages again
+
 /// Says why a program ends, and returns its exit status.
 int report_failure(std::string const& name, Failure const& why)
 {
@@ -115,8 +120,14 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
     asio::io_context context(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO);
     // Before the body starts, so that no early one is missed.
     asio::signal_set signals(context, SIGINT, SIGTERM);
+    asio::steady_timer started(context, longest_start);
+    started.async_wait([](boost::system::error_code ended) {
+        if (!ended)
+            adapters::release_program_pages();
+    });
     int status = exit_failed;
     auto report = [&](std::exception_ptr failure, result<> const& outcome) {
+        started.cancel();
         if (failure)
             std::rethrow_exception(failure);
         status = outcome ? exit_ok : report_failure(name, outcome.error());

@@ -22,7 +22,7 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/fleet
 ABOVE_SERVICES = ['webots_cloud/adapters', 'webots_cloud/servers.hpp']
 # What only our own programs use of the adapters: no public headers, but none of a library either.
 FOR_PROGRAMS = [f'src/adapters/{name}.hpp' for name in (
-    'files/own_folder', 'host/accounts', 'host/epoll_watches', 'http_client/own_server_probe', 'http_client/web_probe', 'logs/kept_file', 'logs/line_file',
+    'files/own_folder', 'host/accounts', 'host/epoll_watches', 'host/program_pages', 'http_client/own_server_probe', 'http_client/web_probe', 'logs/kept_file', 'logs/line_file',
     'mail/mail_probe', 'operator/operator_socket', 'operator/secret_file', 'process/guard_probe', 'process/program_output', 'process/subordinate_users',
     'projects/instance_root', 'projects/subordinate_source', 'threads/low_latency_scheduling', 'tls/certificate_facts')]
 ASIO_CORE = ['boost/asio/' + name for name in (
