@@ -192,6 +192,7 @@ struct AccessControl::Impl final : FleetObserver
     void log_origin(IncomingRequest const& request, std::string_view what);
     void note_lost_port(IncomingRequest const& request);
     Answer answer(IncomingRequest const& request);
+    Answer answer_of_endpoint(IncomingRequest const& request);
     std::optional<HttpResponse> refuse(IncomingRequest const& request);
     std::optional<HttpResponse> refuse_monitor(IncomingRequest const& request);
     result<bool> is_right(IncomingRequest const& request, GuessLimit& guesses, std::string_view what,
@@ -379,6 +380,13 @@ Answer AccessControl::Impl::answer(IncomingRequest const& request)
             return endpoint.respond(operators);
         }
     }
+    return answer_of_endpoint(request);
+}
+
+/// Headers for those that have none of their own. Apart from `answer`, since a function that returns one
+/// variable makes it where its caller wants it: no answer is moved.
+Answer AccessControl::Impl::answer_of_endpoint(IncomingRequest const& request)
+{
     auto answer = endpoint.respond(request);
     if (auto* const response = std::get_if<HttpResponse>(&answer);
         response && response->fixed_headers.empty())

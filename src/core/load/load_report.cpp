@@ -7,10 +7,12 @@
 #include "project_digests.hpp"
 
 #include <boost/json/array.hpp>
+#include <boost/json/monotonic_resource.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -243,8 +245,10 @@ result<LoadReport> parse_load_report(std::string_view body)
             return nonsense(body);
         return LoadReport(*load);
     }
+    std::array<unsigned char, 4096> room; // those of small sites fit, and all of it is freed at once
+    json::monotonic_resource memory(room.data(), room.size());
     boost::system::error_code error;
-    auto const value = json::parse(text, error);
+    auto const value = json::parse(text, error, &memory);
     if (error || !value.is_object())
         return nonsense(body);
     auto report = read_object(value.get_object());

@@ -9,6 +9,7 @@
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 
+#include <boost/json/monotonic_resource.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
@@ -197,8 +198,10 @@ std::string readable_robot(std::string_view robot)
 
 ClientMessage parse_client_message(std::string_view text)
 {
+    std::array<unsigned char, 4096> room; // most messages fit, and all of it is freed at once
+    json::monotonic_resource memory(room.data(), room.size());
     boost::system::error_code error;
-    auto const value = json::parse(text, error); // at most 32 levels deep
+    auto const value = json::parse(text, error, &memory); // at most 32 levels deep
     if (error)
         return MalformedMessage{concat("this message is not JSON (", error.message(), ")")};
     auto const* object = value.if_object();

@@ -25,25 +25,26 @@ std::string session_error(core::Refused why)
 
 /// `text`: an address, or why there is none, which pages know by its code. `html_for_any_origin` includes the
 /// content type: one of its own would cost an allocation.
-HttpResponse session_answer(std::string text, core::Refused why = core::Refused::no_machine)
+Answer session_answer(std::string text, core::Refused why = core::Refused::no_machine)
 {
-    HttpResponse response(200, {}, std::move(text));
+    Answer answer(std::in_place_type<HttpResponse>, 200, std::string(), std::move(text));
+    auto& response = std::get<HttpResponse>(answer);
     response.fixed_headers = html_for_any_origin;
     if (response.body.starts_with("Error:")) {
         response.headers.emplace_back("Webots-Reason", core::row_of(why).code);
         response.headers.emplace_back("Access-Control-Expose-Headers", "Webots-Reason");
     }
-    return response;
+    return answer;
 }
 
 /// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and
 /// later ones only look at the text.
-HttpResponse too_many_asked(Duration wait)
+Answer too_many_asked(Duration wait)
 {
-    auto response =
+    auto answer =
         session_answer(session_error(core::Refused::too_many_starts), core::Refused::too_many_starts);
-    response.headers.emplace_back("Retry-After", core::seconds_rounded_up(wait));
-    return response;
+    std::get<HttpResponse>(answer).headers.emplace_back("Retry-After", core::seconds_rounded_up(wait));
+    return answer;
 }
 
 asio::awaitable<void> say(std::string text, Channel& channel)

@@ -139,6 +139,9 @@ BOOST_AUTO_TEST_CASE(programs_are_read_and_written_by_names_that_stay_in_their_f
     BOOST_TEST((parse_client_message(R"({"write":{"path":"a/a.py","text":"x"}})") ==
                 ClientMessage(WriteFileMessage{"a/a.py", "x"})));
     BOOST_TEST((parse_client_message(R"({"compile":"a"})") == ClientMessage(CompileMessage{"a"})));
+    std::string const program(100'000, 'x');
+    BOOST_TEST((parse_client_message(R"({"write":{"path":"a/a.py","text":")" + program + "\"}}") ==
+                ClientMessage(WriteFileMessage{"a/a.py", program})));
     for (auto const* text :
          {R"({"read":"a.py"})", R"({"read":"../a.py"})", R"({"read":"a/../../x"})",
           R"({"read":"/etc/passwd"})", R"({"read":5})", R"({"original":"a/.git"})", R"({"write":"a/a.py"})",
