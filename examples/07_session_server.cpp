@@ -37,16 +37,14 @@ asio::awaitable<result<>> serve(asio::any_io_executor executor, std::uint16_t po
     fleet.set(machines);
     LoadMonitor monitor(*http, *clock);
     Scheduler scheduler;
-    SessionServiceParams service_params;
-    service_params.address.ssl = false; // browsers are sent to ws://
-    service_params.address.port = port;
-    SessionService service(service_params, fleet, monitor, scheduler, *clock, log);
+    SessionConfig config;
+    config.address.ssl = false; // browsers are sent to ws://
+    config.address.port = port;
+    SessionService service(config, fleet, monitor, scheduler, *clock, log);
 
-    AccessControl access(AccessParams(), service, *clock, log);
+    AccessControl access(config.access, GuardedServer(), service, *clock, log);
     access.follow(fleet); // without machines elsewhere, foreign web pages may not use it
-    HttpServerParams server_params;
-    server_params.port = port;
-    auto const server = make_http_server(executor, server_params, log);
+    auto const server = make_http_server(executor, HttpServerParams(config.network, port), log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     std::cout << "listening on port " << server->port() << std::endl;

@@ -2,6 +2,7 @@
 // from.
 #pragma once
 
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/fleet.hpp>
 #include <webots_cloud/transport/clock.hpp>
@@ -10,33 +11,27 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// Which pages, host names and clients AccessControl lets use a server.
-struct AccessParams
+/// The server that AccessControl guards.
+struct GuardedServer
 {
-    AccessParams() = default;
+    GuardedServer() = default;
+    explicit GuardedServer(std::string name, std::vector<std::string> machine_names = {},
+                           bool starts_here = false)
+        : name(std::move(name)), machine_names(std::move(machine_names)), starts_here(starts_here)
+    {}
 
-    /// The public name of the server, as in the addresses that browsers get. If the name is one of this
-    /// machine only (`localhost`), requests must name a known host.
-    std::string server = "localhost";
-    /// Other names of this machine, besides `server` and `localhost`.
-    std::vector<std::string> host_names;
-    /// Pages that may open WebSockets, as in `core::is_origin_pattern`. Default, nothing: on a public site
-    /// all pages; otherwise our own, those of this machine and of https://webots.cloud.
-    std::optional<std::vector<std::string>> allowed_origins;
-    /// Pages that may show ours in a frame. Default, nothing: as `allowed_origins`.
-    std::optional<std::vector<std::string>> frame_ancestors;
-    /// Not empty: `/monitor` and `/metrics` ask for it, with `operator` as the name of the user.
-    std::string monitor_password;
-    /// Not empty: these addresses and networks need no password for `/monitor` and `/metrics`; others are
-    /// answered 403 if no password is set.
-    std::vector<std::string> monitor_addresses;
+    /// Its public name, as in the addresses that browsers get. If the name is one of this machine only
+    /// (`localhost`), requests must name a known host.
+    std::string name = "localhost";
+    /// What the machine calls itself, besides `localhost`.
+    std::vector<std::string> machine_names;
     /// Pages that ask `/session` for an address open their WebSocket here, as with a session server that
     /// relays. Those that may not are told so in a sentence, instead of the address. Where others answer, it
     /// is for them to say.
@@ -51,7 +46,8 @@ using OperatorTokenCheck = std::function<bool(std::string_view token)>;
 /// - Operator requests (below `/api/`) are passed on with `IncomingRequest::is_operator` set when they carry
 ///   the operator's token (`Authorization: Bearer <token>`) and name a known host.
 /// - WebSockets of foreign pages are answered 403, and on a server of this machine requests to foreign names
-///   421.
+///   421. Unless `AccessConfig::allowed_origins` says which, foreign to a public site is no page; to others
+///   all but our own, those of this machine and of https://webots.cloud.
 /// - Pages get the headers that browsers need to protect them.
 /// - Wrong passwords and tokens are answered 429 when there are many, and so are right ones then.
 ///
@@ -60,15 +56,15 @@ using OperatorTokenCheck = std::function<bool(std::string_view token)>;
 class AccessControl final : public Endpoint
 {
 public:
-    AccessControl(AccessParams params, Endpoint& endpoint, Clock& clock, Logger log,
+    AccessControl(AccessConfig config, GuardedServer server, Endpoint& endpoint, Clock& clock, Logger log,
                   OperatorTokenCheck is_operator_token = OperatorTokenCheck());
     ~AccessControl() override;
 
-    /// Takes other parameters and another check, from the next request on. Connections stay.
-    void apply(AccessParams params, OperatorTokenCheck is_operator_token);
+    /// Obeys another configuration from the next request on. Connections stay.
+    void apply(AccessConfig config, GuardedServer server, OperatorTokenCheck is_operator_token);
 
-    /// The machines of the fleet belong to the site, from the next request on: if `AccessParams::server` is a
-    /// name of this machine only, the reach of the site (this machine, a network, everybody) is the widest of
+    /// The machines of the fleet belong to the site, from the next request on: if `GuardedServer::name` is
+    /// one of this machine only, the reach of the site (this machine, a network, everybody) is the widest of
     /// theirs.
     /// Lifetime: either may end first.
     void follow(Fleet& fleet);

@@ -17,15 +17,6 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// What Announcing says, and to whom.
-struct AnnouncingParams
-{
-    AnnouncingParams() = default;
-
-    std::vector<std::string> session_servers; ///< URLs, as in `https://session.example.org`. None: nobody.
-    std::string address;                      ///< Our own, as an entry of "simulationServers".
-};
-
 /// Announces a machine to every session server each ten seconds, and says goodbye when it ends. What fails
 /// costs a log line, and is tried again ten seconds later.
 ///
@@ -34,9 +25,11 @@ struct AnnouncingParams
 class Announcing
 {
 public:
-    /// `mac` signs (HMAC-SHA256, with a secret that the session servers know).
-    Announcing(AnnouncingParams params, HttpClient& http, Clock& clock, Logger log,
-               std::function<std::string(std::string_view message)> mac);
+    /// `session_servers`: URLs, as in `https://session.example.org`; none: nobody is told. `address`: our
+    /// own, as an entry of "simulationServers". `mac` signs (HMAC-SHA256, with a secret that the session
+    /// servers know).
+    Announcing(std::vector<std::string> session_servers, std::string address, HttpClient& http, Clock& clock,
+               Logger log, std::function<std::string(std::string_view message)> mac);
     ~Announcing();
 
     /// Ends only when cancelled, after a goodbye of two seconds at most.

@@ -27,14 +27,16 @@ struct AccessConfig
     AccessConfig() = default;
 
     std::vector<std::string> host_names; ///< `hostNames`: what this machine is called besides `server`.
-    /// `allowedOrigins`: sites whose pages may open WebSockets. Absent: see `AccessParams::allowed_origins`.
+    /// `allowedOrigins`: sites whose pages may open WebSockets, as in `core::is_origin_pattern`. Absent: see
+    /// `AccessControl`.
     std::optional<std::vector<std::string>> allowed_origins;
     /// `frameAncestors`: sites whose pages may show ours in a frame. Absent: those of `allowedOrigins`.
     std::optional<std::vector<std::string>> frame_ancestors;
-    std::vector<std::string>
-        monitor_addresses; ///< `monitorAddresses`: who may see `/monitor` and `/metrics`. Empty: all.
-    std::string
-        monitor_password; ///< `monitorPassword`: of the user `operator`, for `/monitor` and `/metrics`.
+    /// `monitorAddresses`: addresses and networks that need no password for `/monitor` and `/metrics`; others
+    /// are answered 403 if no password is set. Empty: all may see these.
+    std::vector<std::string> monitor_addresses;
+    /// `monitorPassword`: of the user `operator`, for `/monitor` and `/metrics`. Empty: none is asked for.
+    std::string monitor_password;
     std::filesystem::path
         operator_token_file; ///< `operatorTokenFile`. Empty: no operator requests over the network.
     /// `sessionSecret`: the file of a word that session and simulation servers share. Empty: no tickets.
@@ -77,7 +79,7 @@ struct SessionServiceConfig
     Duration pause_hidden{}; ///< `pauseHidden`, in seconds; 0: simulations of hidden pages run on.
 };
 
-/// Mails to the operator.
+/// Mails to the operator, and how patient we are with the mail server.
 struct MailConfig
 {
     MailConfig() = default;
@@ -91,14 +93,17 @@ struct MailConfig
     std::string user;              ///< `mailSenderUser`: for the login; the sender unless given.
     /// `mailSenderPassword`. Not empty: STARTTLS and a login, or no mail. Empty: neither.
     std::string password;
+    Duration connect_timeout = std::chrono::seconds(5); ///< For the name and the connection.
+    Duration timeout =
+        std::chrono::seconds(20); ///< For the whole mail; some mail servers greet slowly on purpose.
 };
 
 /// `config/session/*.json` (protocol section 8.1).
 struct SessionConfig
 {
-    SessionConfig() = default;
+    SessionConfig() { address.port = 1999; }
 
-    PublicAddress address; ///< `server`, `port` (required), `ssl` and `portRewrite`.
+    PublicAddress address; ///< `server`, `port` (required in files), `ssl` and `portRewrite`.
     /// `simulationServers`: required, except with `announcements`; `"host:port"`, `"host/port"` or
     /// `"host/path"`, or objects with `address`, `weight`, `drain`, `labels`, `internal` and `ports`.
     /// Addresses may be `dns:<name>:<port>`, `srv:<service>` and `announced`, see MachineDiscovery.

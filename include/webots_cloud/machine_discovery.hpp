@@ -22,27 +22,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// What MachineDiscovery begins with.
-struct MachineDiscoveryParams
-{
-    MachineDiscoveryParams() = default;
-
-    /// As in "simulationServers". The address of an entry may be `dns:<name>:<port>` or `srv:<service>`: in
-    /// its place come the machines that the name stands for, which are treated as the entry says. One of
-    /// the address `announced` says how those are treated that announce themselves. `internal_address` of
-    /// such an entry is `http`, `https` or `https://<name>`: its machines get an internal address each,
-    /// and a path of their own (`ServerSpec::has_own_path`).
-    std::vector<ServerSpec> entries;
-    /// Names and announcements may lead to this machine itself, by its loopback addresses.
-    bool loopback = false;
-    /// So many machines may announce themselves, 10,000 at most; from the start, not by `apply`. Each that is
-    /// polled takes a descriptor.
-    std::size_t max_announced = 10'000;
-
-    bool operator==(MachineDiscoveryParams const&) const = default;
-};
-
-/// Optional callbacks of a MachineDiscovery. None of them may block.
+/// Optional callbacks of a MachineDiscovery, and what announcements need. None of them may block.
 struct MachineDiscoveryHooks
 {
     MachineDiscoveryHooks() = default;
@@ -56,6 +36,8 @@ struct MachineDiscoveryHooks
     std::function<std::unordered_set<std::string>()> unreachable;
     /// Signs announcements (HMAC-SHA256, with a secret that the machines know). Empty: none is accepted.
     std::function<std::string(std::string_view message)> mac;
+    /// So many machines may announce themselves, 10,000 at most. Each that is polled takes a descriptor.
+    std::size_t max_announced = 10'000;
     /// What announcements have to name: letters of base64url that nobody can guess, others in each run, so
     /// that one which was made for another session server, or before a restart, counts for nothing here.
     std::string receiver;
@@ -69,14 +51,21 @@ struct MachineDiscoveryHooks
 class MachineDiscovery
 {
 public:
-    MachineDiscovery(MachineDiscoveryParams params, NameService& names, Clock& clock, Logger log,
-                     MachineDiscoveryHooks hooks = MachineDiscoveryHooks());
+    /// `entries`: as in "simulationServers". The address of one may be `dns:<name>:<port>` or
+    /// `srv:<service>`: in its place come the machines that the name stands for, which are treated as the
+    /// entry says. One of the address `announced` says how those are treated that announce themselves.
+    /// `internal_address` of such an entry is `http`, `https` or `https://<name>`: its machines get an
+    /// internal address each, and a path of their own (`ServerSpec::has_own_path`).
+    ///
+    /// `loopback`: names and announcements may lead to this machine itself, by its loopback addresses.
+    MachineDiscovery(std::vector<ServerSpec> entries, bool loopback, NameService& names, Clock& clock,
+                     Logger log, MachineDiscoveryHooks hooks = MachineDiscoveryHooks());
     ~MachineDiscovery();
 
-    /// Takes other parameters: `servers` has the new entries at once, and all changes that nobody was told of
+    /// Takes other entries: `servers` has the new entries at once, and all changes that nobody was told of
     /// yet, which nobody is told of any more. What is known of names that stay, and of announced machines,
     /// stays. Does nothing if they are those that it has.
-    void apply(MachineDiscoveryParams params);
+    void apply(std::vector<ServerSpec> entries, bool loopback);
 
     /// The machines as `changed` has told, for Fleet::set. Of equal addresses the first one counts.
     std::vector<ServerSpec> servers() const;

@@ -18,16 +18,6 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// Whom OperatorMail writes to.
-struct OperatorMailParams
-{
-    OperatorMailParams() = default;
-
-    /// The address that gets the mails; it is named in the log. Empty: nobody, and changes are ignored.
-    std::string administrator;
-    PublicAddress address; ///< Of the session server, for the link in each mail.
-};
-
 /// Numbers of mails. All but `waiting` are counts since the start.
 struct OperatorMailStatistics
 {
@@ -51,13 +41,16 @@ struct OperatorMailStatistics
 class OperatorMail
 {
 public:
-    OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log);
+    /// `administrator`: the address that gets the mails; it is named in the log. Empty: nobody, and changes
+    /// are ignored. `server`: where the session server is, for the link in each mail.
+    OperatorMail(std::string administrator, PublicAddress const& server, Notifier& notifier, Clock& clock,
+                 Logger log);
     ~OperatorMail();
 
-    /// Takes other parameters, and tries at once to deliver what is waiting. To be called also when
-    /// `notifier` starts to deliver by another mail server. Without an administrator, what is waiting is
+    /// Writes to another one from now on, and tries at once to deliver what is waiting. To be called also
+    /// when `notifier` starts to deliver by another mail server. Without an administrator, what is waiting is
     /// written to the log.
-    void apply(OperatorMailParams params);
+    void apply(std::string administrator, PublicAddress const& server);
 
     /// Takes note of a change. False: it will not be mailed, because there is no administrator or because the
     /// server was only too slow. Never waits.

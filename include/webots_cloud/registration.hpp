@@ -16,16 +16,6 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// What Registration announces, and to which registries.
-struct RegistrationParams
-{
-    RegistrationParams() = default;
-
-    std::vector<std::string> registries; ///< URLs that get the POST; none: nothing is done.
-    std::string url;                     ///< Our own, as the world reaches it.
-    RepositoryRules repositories; ///< The registries show those that are allowed, and the share of idle time.
-};
-
 /// Posts to every registry once; a registry that can't be reached is tried again after 5, 10, 20 ... seconds,
 /// at most 10 minutes apart. All are told again when what they were told has changed. Never in the way of
 /// anything else: what fails costs a log line.
@@ -35,16 +25,18 @@ struct RegistrationParams
 class Registration
 {
 public:
-    Registration(RegistrationParams params, HttpClient& http, Clock& clock, Logger log);
+    /// `registries`: URLs that get the POST; none: nothing is done. `url`: our own, as the world reaches it.
+    /// The registries show which repositories are allowed, and the share of idle time.
+    Registration(std::vector<std::string> registries, std::string url, RepositoryRules repositories,
+                 HttpClient& http, Clock& clock, Logger log);
     ~Registration();
 
     /// Ends only when cancelled.
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-    /// Takes over `repositories`; when they differ from what the registries
-    /// know, those are told.
-    void apply(RegistrationParams const& params);
+    /// Tells the registries of other rules, if what they know differs.
+    void apply(RepositoryRules repositories);
 
 private:
     struct Impl;

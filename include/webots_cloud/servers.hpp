@@ -11,16 +11,10 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
-
-struct HttpServerParams;
-
-/// What `make_http_server` needs of a configuration, for programs that assemble a server themselves.
-HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& config);
 
 /// Reads a configuration again, on SIGHUP; empty: SIGHUP is left alone.
 ///

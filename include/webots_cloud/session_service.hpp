@@ -7,7 +7,6 @@
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/fleet.hpp>
 #include <webots_cloud/load_monitor.hpp>
-#include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/controllers.hpp>
@@ -27,20 +26,6 @@
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
-
-/// What SessionService answers with, and its limits.
-struct SessionServiceParams
-{
-    SessionServiceParams() { address.port = 1999; }
-
-    SessionServiceConfig config;
-    /// With `relay`: machines are found (MachineDiscovery), so that not all of them are known at the start.
-    bool finds_machines = false;
-    /// Where the world outside reaches this server, and other names that it has; its `ssl` is that of
-    /// machines, too: browsers are sent to `wss://` instead of `ws://`.
-    PublicAddress address;
-    std::vector<std::string> other_names;
-};
 
 /// Optional callbacks of a SessionService. None of them may block.
 struct SessionServiceHooks
@@ -85,13 +70,17 @@ struct SessionServiceHooks
 class SessionService final : public Endpoint, public ControllerDoor
 {
 public:
-    SessionService(SessionServiceParams params, Fleet& fleet, LoadMonitor& monitor, Scheduler& scheduler,
+    /// Of `config` it obeys `service`. `address` and `access.host_names` say where the world outside reaches
+    /// the server; the `ssl` of that is the machines', too: browsers are sent to `wss://` instead of `ws://`.
+    /// With `relay` it matters whether machines are found (`announcements`, names in `simulation_servers`):
+    /// then not all of them are known at the start.
+    SessionService(SessionConfig config, Fleet& fleet, LoadMonitor& monitor, Scheduler& scheduler,
                    Clock& clock, Logger log, SessionServiceHooks hooks = SessionServiceHooks());
     ~SessionService() override;
 
-    /// Takes other parameters, but for the port, which stays. Browsers stay connected, and pages show at once
-    /// what has changed, in the fleet and in the parameters of the monitor, too.
-    void apply(SessionServiceParams params);
+    /// Obeys another configuration, but for the port, which stays. Browsers stay connected, and pages show at
+    /// once what has changed, in the fleet and in the parameters of the monitor, too.
+    void apply(SessionConfig config);
 
     /// Cancellation: terminal.
     /// Errors: `operation_aborted`.

@@ -8,7 +8,6 @@
 #include "operator_requests.hpp"
 
 #include <webots_cloud/adapters/http_server.hpp>
-#include <webots_cloud/servers.hpp>
 
 #include <optional>
 
@@ -23,19 +22,22 @@ constexpr std::string_view html = "text/html; charset=UTF-8";
 
 core::SiteAccess site_of(PublicAddress const& address, AccessConfig const& access)
 {
-    auto names = access_params(address.host, access).host_names;
+    auto names = machine_names();
+    names.insert(names.end(), access.host_names.begin(), access.host_names.end());
     names.push_back(address.host);
     return {core::Reach::everybody, names, nullptr};
 }
 
-HttpServerParams plain_params(NetworkConfig network)
+std::unique_ptr<HttpServer> plain_server(asio::any_io_executor const& executor, NetworkConfig network,
+                                         Logger const& log)
 {
     auto const port = network.redirect_port;
     network.ssl_certificate.clear();
     network.ssl_key.clear();
-    auto params = http_server_params(port, network);
+    HttpServerParams params(std::move(network), port);
     params.max_connections = max_redirected;
-    return params;
+    params.spare_descriptors += max_redirected;
+    return make_http_server(executor, std::move(params), log);
 }
 
 } // namespace
@@ -48,7 +50,7 @@ struct HttpsRedirect::Impl final : Endpoint
           challenges(network.challenge_folder, *this), log(std::move(logger))
     {
         if (network.redirect_port != 0)
-            server = make_http_server(executor, plain_params(network), log);
+            server = plain_server(executor, network, log);
     }
 
     Answer respond(IncomingRequest const& request) override
@@ -72,6 +74,11 @@ struct HttpsRedirect::Impl final : Endpoint
     Logger log;
     std::unique_ptr<HttpServer> server; ///< Null: there is no such port.
 };
+
+std::size_t descriptors_of_redirect(NetworkConfig const& network)
+{
+    return network.redirect_port == 0 ? 0 : max_redirected;
+}
 
 HttpsRedirect::HttpsRedirect(asio::any_io_executor executor, PublicAddress const& address,
                              NetworkConfig const& network, AccessConfig const& access, Logger log)

@@ -17,6 +17,9 @@ namespace webots_cloud::app {
 /// Connections to that port. They are answered at once, and must not take the descriptors of others.
 inline constexpr std::size_t max_redirected = 128;
 
+/// What the other port has to leave for them.
+std::size_t descriptors_of_redirect(NetworkConfig const& network);
+
 class HttpsRedirect
 {
 public:

@@ -18,15 +18,6 @@ using core::concat;
 /// As RuntimeDirectory of the units in config/systemd; the second of those of releases before 1.0.
 constexpr std::array<char const*, 2> service_folders = {"/run/webots-cloud", "/run/webots_cloud"};
 
-/// The names by which browsers may address this machine.
-std::vector<std::string> own_names()
-{
-    char name[256] = "";
-    if (::gethostname(name, sizeof name - 1) != 0 || !*name)
-        return {};
-    return {name, concat(name, ".local")}; // the second by multicast DNS (RFC 6762)
-}
-
 fs::path folder_of_user()
 {
     auto const runtime = fs::path(environment("XDG_RUNTIME_DIR"));
@@ -74,17 +65,12 @@ std::unique_ptr<OperatorSocket> open_operator_socket(boost::asio::any_io_executo
     return socket;
 }
 
-AccessParams access_params(std::string const& server, AccessConfig const& access)
+std::vector<std::string> machine_names()
 {
-    AccessParams params;
-    params.server = server;
-    params.host_names = own_names();
-    params.host_names.insert(params.host_names.end(), access.host_names.begin(), access.host_names.end());
-    params.allowed_origins = access.allowed_origins;
-    params.frame_ancestors = access.frame_ancestors;
-    params.monitor_password = access.monitor_password;
-    params.monitor_addresses = access.monitor_addresses;
-    return params;
+    char name[256] = "";
+    if (::gethostname(name, sizeof name - 1) != 0 || !*name)
+        return {};
+    return {name, concat(name, ".local")}; // the second by multicast DNS (RFC 6762)
 }
 
 result<OperatorTokenCheck> operator_token_check(AccessConfig const& access)

@@ -35,8 +35,8 @@ std::unique_ptr<OperatorSocket> open_operator_socket(boost::asio::any_io_executo
                                                      AccessConfig const& access, std::string_view missing,
                                                      Logger const& log);
 
-/// What the configuration says of access, for a server called `server`.
-AccessParams access_params(std::string const& server, AccessConfig const& access);
+/// The names by which browsers may address this machine.
+std::vector<std::string> machine_names();
 
 /// The check of `operatorTokenFile`; empty where no such file is named, or is there.
 ///

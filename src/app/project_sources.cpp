@@ -19,20 +19,6 @@ fs::path website_templates(SimulationConfig const& config, fs::path const& simul
     return simulator.parent_path() / "projects" / "samples" / "robotbenchmark";
 }
 
-namespace {
-
-GitSourceParams git_params(SimulationConfig const& config, SimulationMachine const& machine)
-{
-    GitSourceParams params;
-    params.config = config.git;
-    params.http = config.http_client;
-    params.cache = machine.cache;
-    params.instances = machine.instances();
-    return params;
-}
-
-} // namespace
-
 ProjectSources::ProjectSources(asio::any_io_executor const& executor, SimulationConfig const& config,
                                SimulationMachine const& machine, Logger const& log)
     : instances_(machine.instances()), budget_(make_fetch_budget(config.fetch_memory, config.fetch_disk)),
@@ -53,16 +39,15 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
         }
         // All kinds of servers (`address.kind`) are of git.
         if (!git)
-            git = &own(make_git_source(executor, git_params(config, machine), log, budget_));
+            git = &own(make_git_source(executor, config.git, config.http_client,
+                                       GitFolders(machine.cache, instances_), log, budget_));
         forges.emplace_back(address, *git);
     }
     ProjectSource* websites = nullptr;
     if (!config.docker) { // the pages of websites know nothing of containers
-        WebsiteSourceParams params;
-        params.config = config.websites;
-        params.http = config.http_client;
-        params.config.projects = website_templates(config, machine.simulator.program);
-        websites = &own(make_website_source(std::move(params), log, budget_));
+        auto settings = config.websites;
+        settings.projects = website_templates(config, machine.simulator.program);
+        websites = &own(make_website_source(std::move(settings), config.http_client, log, budget_));
     }
     ProjectFetcherParams fetching;
     fetching.instances = instances_;

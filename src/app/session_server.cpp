@@ -6,7 +6,6 @@
 #include "challenges.hpp"
 #include "controllers.hpp"
 #include "core/base64.hpp"
-#include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
 #include "current_notifier.hpp"
 #include "doctor/doctor_endpoint.hpp"
@@ -14,7 +13,6 @@
 #include "https_redirect.hpp"
 #include "kept_costs.hpp"
 #include "log_summaries.hpp"
-#include "mail.hpp"
 #include "metrics.hpp"
 #include "operator_requests.hpp"
 #include "signals.hpp"
@@ -67,19 +65,11 @@ SchedulerParams placement(SessionConfig const& config)
     return params;
 }
 
-OperatorMailParams operator_mail_params(SessionConfig const& config)
-{
-    OperatorMailParams params;
-    params.administrator = config.mail.administrator;
-    params.address = config.address;
-    return params;
-}
-
 /// Mails to the operator, if an address is configured at the moment.
 struct AdministratorMail
 {
     AdministratorMail(SessionConfig const& config, Clock& clock, Logger const& log)
-        : mail(operator_mail_params(config), notifier, clock, log)
+        : mail(config.mail.administrator, config.address, notifier, clock, log)
     {}
 
     /// Errors: `invalid_argument`, `invalid_config`: no libcurl, which does not come by waiting for it; then
@@ -88,7 +78,7 @@ struct AdministratorMail
     {
         std::shared_ptr<Notifier> next;
         if (!config.mail.administrator.empty()) {
-            auto made = make_smtp_notifier(app::smtp_params(config));
+            auto made = make_smtp_notifier(config.mail, config.address.host);
             if (!made && made.error() == errc::unavailable)
                 return Failure(errc::invalid_config, made.error().message());
             if (!made)
@@ -96,7 +86,7 @@ struct AdministratorMail
             next = std::move(*made);
         }
         notifier.use(std::move(next));
-        mail.apply(operator_mail_params(config));
+        mail.apply(config.mail.administrator, config.address);
         return {};
     }
 
@@ -104,29 +94,18 @@ struct AdministratorMail
     OperatorMail mail;
 };
 
-bool is_found(ServerSpec const& entry)
+/// The teachers' password is that of its file. Without that there are no classes: `check_files` has warned of
+/// it. Errors: as `read_password`.
+result<SessionConfig> with_password(SessionConfig config)
 {
-    return core::stands_for_found(entry.address);
-}
-
-/// Without the file of the teachers' password there are no classes: `check_files` has warned of that.
-/// Errors: as `read_password`.
-result<SessionServiceParams> session_service_params(SessionConfig const& config)
-{
-    SessionServiceParams params;
-    params.config = config.service;
     std::error_code ignored;
     if (auto const& file = config.service.teacher_password_file; std::filesystem::exists(file, ignored)) {
         auto password = adapters::read_password(file);
         if (!password)
             return password.error();
-        params.config.teacher_password = std::move(*password);
+        config.service.teacher_password = std::move(*password);
     }
-    params.finds_machines = config.announcements || std::any_of(config.simulation_servers.begin(),
-                                                                config.simulation_servers.end(), is_found);
-    params.address = config.address;
-    params.other_names = config.access.host_names;
-    return params;
+    return config;
 }
 
 /// With `sessionSecret` several session servers take each other's tickets, and name machines alike. Otherwise
@@ -146,30 +125,19 @@ result<std::function<std::string(std::string_view)>> waiting_mac(SessionConfig c
         });
 }
 
-AccessParams session_access_params(SessionConfig const& config)
+GuardedServer guarded(SessionConfig const& config)
 {
-    auto params = app::access_params(config.address.host, config.access);
-    params.starts_here = config.service.relay;
-    return params;
+    return GuardedServer(config.address.host, app::machine_names(), config.service.relay);
 }
 
 /// That may announce themselves: polls of each take a descriptor, and most are for browsers.
 std::size_t affordable_machines()
 {
     rlimit limit{};
-    auto const most = MachineDiscoveryParams().max_announced;
+    auto const most = MachineDiscoveryHooks().max_announced;
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0)
         return most;
     return static_cast<std::size_t>(std::min<rlim_t>(most, limit.rlim_cur / 4));
-}
-
-MachineDiscoveryParams discovery_params(SessionConfig const& config)
-{
-    MachineDiscoveryParams params;
-    params.entries = config.simulation_servers;
-    params.loopback = config.discover_loopback;
-    params.max_announced = config.announcements ? affordable_machines() : 0;
-    return params;
 }
 
 /// Among those that the monitor polls.
@@ -192,18 +160,21 @@ result<MachineDiscoveryHooks> discovery_hooks(SessionConfig const& config, LoadM
         if (!mac)
             return mac.error();
         hooks.mac = std::move(*mac);
+        hooks.max_announced = affordable_machines();
         hooks.receiver = core::base64url(random_bytes(16));
     }
     return hooks;
 }
 
-HttpServerParams server_params(SessionConfig const& config)
+std::unique_ptr<HttpServer> http_server(asio::any_io_executor const& executor, SessionConfig const& config,
+                                        Logger const& log)
 {
-    auto params = http_server_params(config.address.port, config.network);
+    HttpServerParams params(config.network, config.address.port);
     params.tls_authorities = config.http_client.authorities;
-    params.spare_descriptors += discovery_params(config).max_announced;
-    params.spare_descriptors += app::descriptors_of_controllers(config.service.controller_port);
-    return params;
+    params.spare_descriptors += app::descriptors_of_redirect(config.network) +
+                                app::descriptors_of_controllers(config.service.controller_port) +
+                                (config.announcements ? affordable_machines() : 0);
+    return make_http_server(executor, std::move(params), log);
 }
 
 /// Those that need nothing of the service.   Errors: as `app::ticket_maker`.
@@ -235,20 +206,20 @@ struct Site
         auto const token_check = app::operator_token_check(next.access);
         if (!token_check)
             return token_check.error();
-        auto service_params = session_service_params(next);
-        if (!service_params)
-            return service_params.error();
+        auto with_secrets = with_password(next);
+        if (!with_secrets)
+            return with_secrets.error();
         if (auto const usable = administrator.obey(next); !usable)
             return usable;
         if (auto const usable = monitor.apply(polls(next)); !usable)
             return usable;
         if (auto const usable = scheduler.apply(placement(next)); !usable)
             return usable;
-        discovery.apply(discovery_params(next));
+        discovery.apply(next.simulation_servers, next.discover_loopback);
         // The discovery tells what changes later; what it lists now is taken whole.
         fleet.set(discovery.servers());
-        service.apply(std::move(*service_params));
-        access.apply(session_access_params(next), *token_check);
+        service.apply(std::move(*with_secrets));
+        access.apply(next.access, guarded(next), *token_check);
         return {};
     }
 
@@ -289,13 +260,14 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;
-    auto const server = make_http_server(executor, server_params(config), log);
+    auto const server = http_server(executor, config, log);
     auto const names = make_name_service(executor, config.name_servers);
     auto discovery_calls = discovery_hooks(config, monitor);
     if (!discovery_calls)
         co_return discovery_calls.error();
     discovery_calls->changed = [&fleet](std::vector<ServerChange> const& changes) { fleet.change(changes); };
-    MachineDiscovery discovery(discovery_params(config), *names, *clock, log, std::move(*discovery_calls));
+    MachineDiscovery discovery(config.simulation_servers, config.discover_loopback, *names, *clock, log,
+                               std::move(*discovery_calls));
     auto hooks = service_hooks(config, discovery, administrator, *clock);
     if (!hooks)
         co_return hooks.error();
@@ -306,17 +278,17 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         return app::http_server_metrics(server->statistics()) +
                app::mail_metrics(administrator.mail.statistics());
     };
-    auto service_params = session_service_params(config);
-    if (!service_params)
-        co_return service_params.error();
-    SessionService service(std::move(*service_params), fleet, monitor, scheduler, *clock, log,
+    auto with_secrets = with_password(config);
+    if (!with_secrets)
+        co_return with_secrets.error();
+    SessionService service(std::move(*with_secrets), fleet, monitor, scheduler, *clock, log,
                            std::move(*hooks));
 
     auto token_check = app::operator_token_check(config.access);
     if (!token_check)
         co_return token_check.error();
     app::DoctorEndpoint doctor(executor, service, *clock);
-    AccessControl access(session_access_params(config), doctor, *clock, log, *token_check);
+    AccessControl access(config.access, guarded(config), doctor, *clock, log, *token_check);
     access.follow(fleet);
     fleet.set(discovery.servers());
     app::Challenges challenges(config.network.challenge_folder, access);

@@ -95,15 +95,6 @@ std::vector<fs::path> read_only_folders(SimulationConfig const& config, fs::path
     return folders;
 }
 
-/// Containers have groups of their own.
-ControlGroupsParams control_groups_params(SimulationConfig const& config, ProcessLimits const& limits)
-{
-    ControlGroupsParams params;
-    params.enabled = !config.docker && !config.slurm && limits.any();
-    params.may_use_root = ::geteuid() == 0;
-    return params;
-}
-
 } // namespace
 
 result<core::SimulatorChoice> find_simulator(SimulationConfig const& config, fs::path const& programs)
@@ -142,7 +133,11 @@ asio::awaitable<result<std::unique_ptr<SimulationMachine>>> prepare_machine(asio
     machine->metrics = make_host_metrics();
     auto const host = machine->metrics->description();
     machine->limits = core::simulation_limits(config.limits, host.memory_bytes, host.cores);
-    auto const groups = make_control_groups(control_groups_params(config, machine->limits));
+    ControlGroupsParams grouping;
+    grouping.enabled =
+        !config.docker && !config.slurm && machine->limits.any(); // those have groups of their own
+    grouping.may_use_root = ::geteuid() == 0;
+    auto const groups = make_control_groups(grouping);
     machine->group_folders = control_group_mounts(*groups);
 
     TrialContext context;

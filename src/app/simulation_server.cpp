@@ -108,22 +108,16 @@ SimulationServiceParams service_params(SimulationConfig const& config, app::Simu
     return params;
 }
 
-HttpServerParams server_params(SimulationConfig const& config, app::MachineTrial const& trial)
+std::unique_ptr<HttpServer> http_server(asio::any_io_executor const& executor, SimulationConfig const& config,
+                                        app::MachineTrial const& trial, Logger const& log)
 {
-    auto params = http_server_params(config.address.port, config.network);
+    HttpServerParams params(config.network, config.address.port);
     params.spare_descriptors +=
+        app::descriptors_of_redirect(config.network) +
+        app::descriptors_of_controllers(config.service.controller_port) +
         app::descriptors_per_simulation * static_cast<std::size_t>(config.launching.max_simulations);
-    params.spare_descriptors += app::descriptors_of_controllers(config.service.controller_port);
     params.keeps_watches = !app::shared_user_risk(trial.user, trial.sandbox.params.user).empty();
-    return params;
-}
-
-AnnouncingParams announcing_params(SimulationConfig const& config)
-{
-    AnnouncingParams params;
-    params.session_servers = config.session_servers;
-    params.address = core::public_place(config.address);
-    return params;
+    return make_http_server(executor, std::move(params), log);
 }
 
 /// Empty without "sessionSecret". Errors: as `make_ticket_mac`.
@@ -132,23 +126,6 @@ result<std::function<std::string(std::string_view)>> ticket_mac(SimulationConfig
     if (config.access.session_secret.empty())
         return std::function<std::string(std::string_view)>();
     return make_ticket_mac(config.access.session_secret);
-}
-
-RegistrationParams registration_params(SimulationConfig const& config)
-{
-    RegistrationParams params;
-    params.registries = config.service.notify;
-    params.url = core::public_http_url(config.address);
-    params.repositories = config.service.repositories;
-    return params;
-}
-
-SimulationLogsParams logs_params(SimulationConfig const& config)
-{
-    SimulationLogsParams params;
-    params.folder = config.log_dir / "simulation" / "simulations";
-    params.keep = config.simulation_log_keep;
-    return params;
 }
 
 /// Errors: as `app::ticket_check`.
@@ -200,10 +177,10 @@ result<> obey(SimulationConfig const& next, SimulationWalls const& walls, Access
     auto const token_check = app::operator_token_check(next.access);
     if (!token_check)
         return token_check.error();
-    access.apply(app::access_params(next.address.host, next.access), *token_check);
+    access.apply(next.access, GuardedServer(next.address.host, app::machine_names()), *token_check);
     tell_outside_projects(next, walls, log);
     service.apply(next.service);
-    registration.apply(registration_params(next));
+    registration.apply(next.service.repositories);
     return {};
 }
 
@@ -249,9 +226,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto hooks = service_hooks(executor, config, *clock, log);
     if (!hooks)
         co_return hooks.error();
-    auto const server = make_http_server(executor, server_params(config, machine.trial), log);
+    auto const server = http_server(executor, config, machine.trial, log);
     hooks->more_metrics = [&server] { return app::http_server_metrics(server->statistics()); };
-    auto const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
+    auto const logs = make_simulation_logs(executor, config.log_dir / "simulation" / "simulations",
+                                           config.simulation_log_keep, *clock, log);
     if (config.simulation_log_keep > Duration::zero())
         hooks->simulation_logs = logs.get();
     Instruments const instruments(executor, config, log);
@@ -264,8 +242,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (!token_check)
         co_return token_check.error();
     app::DoctorEndpoint doctor(executor, service, *clock);
-    AccessControl access(app::access_params(config.address.host, config.access), doctor, *clock, log,
-                         *token_check);
+    AccessControl access(config.access, GuardedServer(config.address.host, app::machine_names()), doctor,
+                         *clock, log, *token_check);
     app::Challenges challenges(config.network.challenge_folder, access);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     app::Controllers controllers(executor, controller_port(config), config.network, service, log);
@@ -276,11 +254,13 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                                      config.access, "--drain, only SIGUSR1", log);
 
     auto const http = make_http_client(executor, config.http_client, log);
-    Registration registration(registration_params(config), *http, *clock, log);
+    Registration registration(config.service.notify, core::public_http_url(config.address),
+                              config.service.repositories, *http, *clock, log);
     auto session_mac = ticket_mac(config);
     if (!session_mac)
         co_return session_mac.error();
-    Announcing announcing(announcing_params(config), *http, *clock, log, std::move(*session_mac));
+    Announcing announcing(config.session_servers, core::public_place(config.address), *http, *clock, log,
+                          std::move(*session_mac));
 
     auto examined = config;
     app::DoctorEndpoint::Look const look = [&, walls = walls_of(config, machine)] {

@@ -29,22 +29,23 @@ constexpr std::size_t max_shown = 200; // bytes of an origin
 constexpr std::string_view guessed_types = "X-Content-Type-Options: nosniff\r\n";
 
 /// `machines`: the reach of the widest of them.
-core::SiteAccess site_of(AccessParams const& params, core::Reach machines)
+core::SiteAccess site_of(AccessConfig const& config, GuardedServer const& server, core::Reach machines)
 {
-    auto reach = core::reach_of(params.server);
+    auto reach = core::reach_of(server.name);
     if (reach == core::Reach::this_machine)
         reach = machines;
-    auto names = params.host_names;
-    names.push_back(params.server);
-    return {reach, names, params.allowed_origins ? &*params.allowed_origins : nullptr};
+    auto names = server.machine_names;
+    names.insert(names.end(), config.host_names.begin(), config.host_names.end());
+    names.push_back(server.name);
+    return {reach, names, config.allowed_origins ? &*config.allowed_origins : nullptr};
 }
 
-std::string page_headers(AccessParams params, core::Reach machines)
+std::string page_headers(AccessConfig config, GuardedServer const& server, core::Reach machines)
 {
-    if (params.frame_ancestors)
-        params.allowed_origins = params.frame_ancestors;
+    if (config.frame_ancestors)
+        config.allowed_origins = config.frame_ancestors;
     return concat(guessed_types, "Content-Security-Policy: frame-ancestors ",
-                  site_of(params, machines).frame_ancestors(), "\r\n");
+                  site_of(config, server, machines).frame_ancestors(), "\r\n");
 }
 
 bool is_page(std::string_view path) noexcept
@@ -123,22 +124,24 @@ HttpResponse address_refused()
 
 struct AccessControl::Impl final : FleetObserver
 {
-    Impl(AccessParams parameters, Endpoint& behind, Clock& time, Logger logger, OperatorTokenCheck check)
+    Impl(AccessConfig wanted, GuardedServer guarded, Endpoint& behind, Clock& time, Logger logger,
+         OperatorTokenCheck check)
         : endpoint(behind), clock(time), log(std::move(logger))
     {
-        set(std::move(parameters), std::move(check));
+        set(std::move(wanted), std::move(guarded), std::move(check));
     }
 
-    void set(AccessParams parameters, OperatorTokenCheck check)
+    void set(AccessConfig wanted, GuardedServer guarded, OperatorTokenCheck check)
     {
-        params = std::move(parameters);
+        config = std::move(wanted);
+        server = std::move(guarded);
         is_operator_token = std::move(check);
         find_site();
-        monitors = core::IpNetworks(params.monitor_addresses);
+        monitors = core::IpNetworks(config.monitor_addresses);
         monitor_authorization =
-            params.monitor_password.empty()
+            config.monitor_password.empty()
                 ? std::string()
-                : concat("Basic ", core::base64(concat("operator:", params.monitor_password)));
+                : concat("Basic ", core::base64(concat("operator:", config.monitor_password)));
     }
 
     void put(FleetMachine const& machine, FleetMachine const* was, std::optional<std::string_view>) override
@@ -176,8 +179,8 @@ struct AccessControl::Impl final : FleetObserver
     void find_site()
     {
         reach_of_machines = widest_reach();
-        site = site_of(params, reach_of_machines);
-        headers_of_pages = page_headers(params, reach_of_machines);
+        site = site_of(config, server, reach_of_machines);
+        headers_of_pages = page_headers(config, server, reach_of_machines);
     }
 
     void machines_changed()
@@ -198,7 +201,8 @@ struct AccessControl::Impl final : FleetObserver
     result<bool> is_right(IncomingRequest const& request, GuessLimit& guesses, std::string_view what,
                           bool is_equal);
 
-    AccessParams params;
+    AccessConfig config;
+    GuardedServer server;
     OperatorTokenCheck is_operator_token;
     Endpoint& endpoint;
     Clock& clock;
@@ -213,17 +217,17 @@ struct AccessControl::Impl final : FleetObserver
     GuessLimit tokens{core::passwords_of_client, core::passwords_of_all};
 };
 
-AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Clock& clock, Logger log,
-                             OperatorTokenCheck is_operator_token)
-    : impl_(std::make_unique<Impl>(std::move(params), endpoint, clock, std::move(log),
+AccessControl::AccessControl(AccessConfig config, GuardedServer server, Endpoint& endpoint, Clock& clock,
+                             Logger log, OperatorTokenCheck is_operator_token)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(server), endpoint, clock, std::move(log),
                                    std::move(is_operator_token)))
 {}
 
 AccessControl::~AccessControl() = default;
 
-void AccessControl::apply(AccessParams params, OperatorTokenCheck is_operator_token)
+void AccessControl::apply(AccessConfig config, GuardedServer server, OperatorTokenCheck is_operator_token)
 {
-    impl_->set(std::move(params), std::move(is_operator_token));
+    impl_->set(std::move(config), std::move(server), std::move(is_operator_token));
 }
 
 void AccessControl::follow(Fleet& fleet)
@@ -339,7 +343,7 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
     if (request.upgrade && request.is_from_proxy)
         note_lost_port(request);
     if (request.path == session_path) { // the busiest one
-        if (!params.starts_here || !site.checks_origins() || !is_of_refused_page(request))
+        if (!server.starts_here || !site.checks_origins() || !is_of_refused_page(request))
             return std::nullopt;
         log_origin(request, "a start");
         return page_refused(request.header("Origin"));

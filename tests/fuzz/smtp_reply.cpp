@@ -84,17 +84,17 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     static MailServer const server;
     auto replies = fuzz::text_of(data, size);
     bool const has_password = fuzz::take_byte(replies) % 2 == 1;
-    SmtpParams params;
-    params.mail.server = "127.0.0.1";
-    params.mail.server_port = server.port();
-    params.mail.sender = sender;
-    params.mail.administrator = recipient;
+    MailConfig mail;
+    mail.server = "127.0.0.1";
+    mail.server_port = server.port();
+    mail.sender = sender;
+    mail.administrator = recipient;
     if (has_password) {
-        params.mail.user = "user";
-        params.mail.password = "password";
+        mail.user = "user";
+        mail.password = "password";
     }
     Notice notice("Subject", "Text of the mail\n");
-    adapters::SmtpExchange exchange(curl, params, core::mail_message(notice, sender, recipient));
+    adapters::SmtpExchange exchange(curl, mail, "localhost", core::mail_message(notice, sender, recipient));
     std::string heard;
     std::thread listening([&] { heard = server.serve(replies); });
     auto const sent = exchange.perform();

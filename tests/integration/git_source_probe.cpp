@@ -42,7 +42,8 @@ using SteadyClock = std::chrono::steady_clock;
 
 struct Options
 {
-    GitSourceParams source;
+    GitSourceConfig source;
+    GitFolders folders;
     std::shared_ptr<FetchBudget> budget;
     FetchLimits limits;
     std::vector<ForgeAddress> forges;
@@ -65,16 +66,16 @@ Options parse(int argc, char** argv)
         std::string const word = argv[i];
         auto const next = [&] { return std::string(argv[++i]); };
         if (word == "--cache")
-            options.source.cache = next();
+            options.folders.cache = next();
         else if (word == "--fastest")
             fastest = true;
         else if (word == "--cache-bytes")
-            options.source.config.cache_bytes = std::stoull(next());
+            options.source.cache_bytes = std::stoull(next());
         else if (word == "--low-speed") {
-            options.source.config.low_speed = std::stoull(next());
-            options.source.config.low_speed_time = std::chrono::milliseconds(std::stol(next()));
+            options.source.low_speed = std::stoull(next());
+            options.source.low_speed_time = std::chrono::milliseconds(std::stol(next()));
         } else if (word == "--patience")
-            options.source.config.patience = std::chrono::milliseconds(std::stol(next()));
+            options.source.patience = std::chrono::milliseconds(std::stol(next()));
         else if (word == "--memory")
             memory = std::stoull(next());
         else if (word == "--disk")
@@ -103,7 +104,7 @@ Options parse(int argc, char** argv)
             options.worlds.push_back(word);
     }
     if (fastest)
-        options.source.instances = options.into;
+        options.folders.instances = options.into;
     options.budget = make_fetch_budget(memory, disk);
     return options;
 }
@@ -162,7 +163,8 @@ class Probe
 public:
     Probe(asio::io_context& context, Options options)
         : options_(std::move(options)), pulse_(context),
-          source_(make_git_source(context.get_executor(), options_.source, log(), options_.budget))
+          source_(make_git_source(context.get_executor(), options_.source, HttpClientConfig(),
+                                  options_.folders, log(), options_.budget))
     {}
 
     asio::awaitable<void> one(std::size_t number)

@@ -19,6 +19,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
@@ -27,6 +28,9 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 struct HttpServerParams
 {
     HttpServerParams() = default;
+    explicit HttpServerParams(NetworkConfig network, std::uint16_t port = 0)
+        : network(std::move(network)), port(port)
+    {}
 
     NetworkConfig network;  ///< All but the port that leads to the one with TLS.
     std::uint16_t port = 0; ///< 0: any free one, see `HttpServer::port`.

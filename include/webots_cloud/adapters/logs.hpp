@@ -10,7 +10,6 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
-#include <cstddef>
 #include <filesystem>
 #include <memory>
 
@@ -30,22 +29,16 @@ struct LogParams
 /// Errors: `invalid_argument`.
 result<Logger> make_logger(LogParams params);
 
-/// Where the output of simulators is kept, and for how long.
-struct SimulationLogsParams
-{
-    SimulationLogsParams() = default;
-
-    std::filesystem::path folder; ///< Made when the first log is opened.
-    Duration keep =
-        std::chrono::hours(24 * 7); ///< Since the last line. Default a week: people complain on Mondays.
-    std::size_t max_logs = 1000;    ///< Logs that are kept at most; the oldest go first.
-};
-
-/// Files `<date>_<time>_<simulation>.log` of at most 576 KiB: the first 512 KiB of an output and the last 64
-/// KiB. Written by a thread of its own; a file that can't be written costs one line of `log`.
+/// The output of simulators: files `<date>_<time>_<simulation>.log` of at most 576 KiB, the first 512 KiB of
+/// an output and the last 64 KiB. Written by a thread of its own; a file that can't be written costs one line
+/// of `log`.
+///
+/// `folder` is made when the first one is opened. They are kept for `keep` since the last line, but no more
+/// than 1000: the oldest go first.
 ///
 /// Lifetime: `clock` must outlive it.
 std::unique_ptr<SimulationLogs> make_simulation_logs(boost::asio::any_io_executor executor,
-                                                     SimulationLogsParams params, Clock& clock, Logger log);
+                                                     std::filesystem::path folder, Duration keep,
+                                                     Clock& clock, Logger log);
 
 } // namespace webots_cloud

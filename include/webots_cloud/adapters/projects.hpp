@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
@@ -34,38 +35,33 @@ class FetchBudget;
 std::shared_ptr<FetchBudget> make_fetch_budget(std::uint64_t memory = std::uint64_t{1} << 30,
                                                std::uint64_t disk = std::uint64_t{8} << 30);
 
-/// Where fetched repositories are kept, and what the configuration says.
-struct GitSourceParams
+/// Where fetched repositories are kept and handed out.
+struct GitFolders
 {
-    GitSourceParams() = default;
+    GitFolders() = default;
+    explicit GitFolders(std::filesystem::path cache, std::filesystem::path instances = {})
+        : cache(std::move(cache)), instances(std::move(instances))
+    {}
 
-    GitSourceConfig config;
-    HttpClientConfig http; ///< Its file is read when the source is made; what can't be read is not trusted.
-    std::filesystem::path cache; ///< Folder for what was fetched; made if need be.
+    std::filesystem::path cache; ///< For what was fetched; made if need be.
     /// The existing folder in which the directories of orders will be: the fastest way to hand out a project
     /// there (overlay mounts, reflinks, copies) is found by trying when the source is made, and logged.
     /// Default: empty, projects are copied.
     std::filesystem::path instances;
 };
 
-/// Projects in git repositories over HTTP(S). `budget`: shared with other sources; null: one of its own.
-std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params,
-                                               Logger log, std::shared_ptr<FetchBudget> budget = nullptr);
-
-/// What the configuration says of websites.
-struct WebsiteSourceParams
-{
-    WebsiteSourceParams() = default;
-
-    WebsiteSourceConfig config;
-    HttpClientConfig http; ///< As in `GitSourceParams`.
-};
+/// Projects in git repositories over HTTP(S). The file that `http` names is read now; what can't be read is
+/// not trusted. `budget`: shared with other sources; null: one of its own.
+std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceConfig config,
+                                               HttpClientConfig http, GitFolders folders, Logger log,
+                                               std::shared_ptr<FetchBudget> budget = nullptr);
 
 /// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the
-/// website, the zip file that it answers with laid over it. Certificates are verified. `budget`: as above.
+/// website, the zip file that it answers with laid over it. Certificates are verified. `http` and `budget`:
+/// as above.
 ///
 /// Errors besides those of `ProjectSource`: `refused`.
-std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log,
-                                                   std::shared_ptr<FetchBudget> budget = nullptr);
+std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceConfig config, HttpClientConfig http,
+                                                   Logger log, std::shared_ptr<FetchBudget> budget = nullptr);
 
 } // namespace webots_cloud

@@ -51,9 +51,9 @@ GitOutcome outcome_of(result<> const& done)
 
 } // namespace
 
-GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
+GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceConfig const& config,
                    std::shared_ptr<FetchBudget> budget, GitFetchOrder order)
-    : http_(http), cache_(cache), servers_(servers), params_(params), budget_(std::move(budget)),
+    : http_(http), cache_(cache), servers_(servers), config_(config), budget_(std::move(budget)),
       order_(std::move(order)), url_(order_.project.clone_url()), plan_(order_.project, order_.purpose),
       peer_(http_, cache_, remote_of(order_.project))
 {}
@@ -138,7 +138,7 @@ GitOutcome GitFetch::carry_out(ListRefs const& action)
     // A question that the cache could answer, if need be, does not wait as long as others.
     if (action.version_2 && cache_.recall(url_, order_.project.ref_and_folder))
         limits.http.deadline =
-            std::min(limits.http.deadline, std::chrono::steady_clock::now() + params_.config.patience);
+            std::min(limits.http.deadline, std::chrono::steady_clock::now() + config_.patience);
     auto refs = peer_.list_refs(action, limits);
     if (!refs)
         return Failed(refs.error());
@@ -407,8 +407,8 @@ CurlLimits GitFetch::http_limits(std::uint64_t bytes) const
     limits.aborted = order_.aborted;
     limits.deadline = deadline_;
     limits.bytes = bytes;
-    limits.low_speed = params_.config.low_speed;
-    limits.low_speed_time = params_.config.low_speed_time;
+    limits.low_speed = config_.low_speed;
+    limits.low_speed_time = config_.low_speed_time;
     return limits;
 }
 

@@ -47,7 +47,7 @@ struct GitFetched
 class GitFetch
 {
 public:
-    GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
+    GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceConfig const& config,
              std::shared_ptr<FetchBudget> budget, GitFetchOrder order);
 
     /// Resolves the address, and looks for the commit in the cache. Nothing: it has to be downloaded.
@@ -104,7 +104,7 @@ private:
     CurlHttp& http_;
     GitCache& cache_;
     GitServers& servers_;
-    GitSourceParams const& params_;
+    GitSourceConfig const& config_;
     std::shared_ptr<FetchBudget> budget_;
     GitFetchOrder order_;
     std::string url_;

@@ -54,11 +54,11 @@ bool on_one_disk(fs::path const& one, fs::path const& other)
 class GitSource final : public ProjectSource
 {
 public:
-    GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log,
-              std::shared_ptr<FetchBudget> budget)
-        : params_(std::move(params)), log_(std::move(log)), budget_(std::move(budget)),
-          cache_(params_.cache, params_.config, budget_), checkout_(cache_.folder(), params_.instances),
-          pool_(copies, BlockingPool::Priority::background),
+    GitSource(asio::any_io_executor executor, GitSourceConfig config, HttpClientConfig http,
+              GitFolders const& folders, Logger log, std::shared_ptr<FetchBudget> budget)
+        : config_(std::move(config)), log_(std::move(log)), budget_(std::move(budget)),
+          http_(std::move(http)), cache_(folders.cache, config_, budget_),
+          checkout_(cache_.folder(), folders.instances), pool_(copies, BlockingPool::Priority::background),
           cleaning_(cleaners, BlockingPool::Priority::background), executor_(std::move(executor))
     {
         if (cache_.usable())
@@ -204,7 +204,7 @@ private:
             wanted.limits = limits;
             wanted.aborted = &aborted;
             wanted.progress = &progress;
-            return adapters::GitFetch(http_, cache_, servers_, params_, budget_, std::move(wanted));
+            return adapters::GitFetch(http_, cache_, servers_, config_, budget_, std::move(wanted));
         };
     }
 
@@ -250,10 +250,10 @@ private:
         return project;
     }
 
-    GitSourceParams params_;
+    GitSourceConfig const config_;
     Logger log_;
     std::shared_ptr<FetchBudget> budget_;
-    adapters::CurlHttp http_{params_.http};
+    adapters::CurlHttp http_;
     adapters::GitServers servers_;
     adapters::GitCache cache_;
     adapters::GitCheckout checkout_;
@@ -268,11 +268,12 @@ private:
 
 } // namespace
 
-std::unique_ptr<ProjectSource> make_git_source(asio::any_io_executor executor, GitSourceParams params,
-                                               Logger log, std::shared_ptr<FetchBudget> budget)
+std::unique_ptr<ProjectSource> make_git_source(asio::any_io_executor executor, GitSourceConfig config,
+                                               HttpClientConfig http, GitFolders folders, Logger log,
+                                               std::shared_ptr<FetchBudget> budget)
 {
-    return std::make_unique<GitSource>(std::move(executor), std::move(params), std::move(log),
-                                       budget ? std::move(budget) : make_fetch_budget());
+    return std::make_unique<GitSource>(std::move(executor), std::move(config), std::move(http), folders,
+                                       std::move(log), budget ? std::move(budget) : make_fetch_budget());
 }
 
 } // namespace webots_cloud

@@ -27,6 +27,7 @@ constexpr std::size_t first_bytes = 512 * 1024; // of each file, and then
 constexpr std::size_t last_bytes = 64 * 1024;   // these, which wait in memory until the end
 constexpr std::size_t max_line_length = 4096;
 constexpr int max_waiting_lines = 2048; // lines: a disk that stalls costs lines, never memory
+constexpr std::size_t max_logs = 1000;
 constexpr auto removal_interval = std::chrono::hours(24);
 
 /// The thread that writes, and what is shared with it.
@@ -158,8 +159,9 @@ void remove_outdated(fs::path const& folder, Duration keep, std::size_t max)
 class FileSimulationLogs final : public SimulationLogs
 {
 public:
-    FileSimulationLogs(asio::any_io_executor executor, SimulationLogsParams params, Clock& clock, Logger log)
-        : params_(std::move(params)), clock_(clock)
+    FileSimulationLogs(asio::any_io_executor executor, fs::path folder, Duration keep, Clock& clock,
+                       Logger log)
+        : folder_(std::move(folder)), keep_(keep), clock_(clock)
     {
         writer_.executor = std::move(executor);
         writer_.log = std::move(log);
@@ -170,7 +172,7 @@ public:
     std::unique_ptr<SimulationLog> open(std::uint64_t simulation) override
     {
         auto const name = core::simulation_log_name(core::local_time(clock_.wall()), simulation);
-        auto log = std::make_unique<FileSimulationLog>(writer_, clock_, params_.folder / name);
+        auto log = std::make_unique<FileSimulationLog>(writer_, clock_, folder_ / name);
         post_removal();
         return log;
     }
@@ -188,21 +190,21 @@ public:
 private:
     void post_removal()
     {
-        writer_.thread.post(
-            [params = params_] { remove_outdated(params.folder, params.keep, params.max_logs); });
+        writer_.thread.post([folder = folder_, keep = keep_] { remove_outdated(folder, keep, max_logs); });
     }
 
-    SimulationLogsParams params_;
+    fs::path const folder_;
+    Duration const keep_;
     Clock& clock_;
     Writer writer_;
 };
 
 } // namespace
 
-std::unique_ptr<SimulationLogs> make_simulation_logs(asio::any_io_executor executor,
-                                                     SimulationLogsParams params, Clock& clock, Logger log)
+std::unique_ptr<SimulationLogs> make_simulation_logs(asio::any_io_executor executor, fs::path folder,
+                                                     Duration keep, Clock& clock, Logger log)
 {
-    return std::make_unique<FileSimulationLogs>(std::move(executor), std::move(params), clock,
+    return std::make_unique<FileSimulationLogs>(std::move(executor), std::move(folder), keep, clock,
                                                 std::move(log));
 }
 

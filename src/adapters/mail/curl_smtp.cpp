@@ -30,8 +30,8 @@ struct Abort
 class SmtpNotifier final : public Notifier
 {
 public:
-    SmtpNotifier(LoadedCurl const& curl, SmtpParams params)
-        : curl_(curl), params_(std::move(params)), pool_(1)
+    SmtpNotifier(LoadedCurl const& curl, MailConfig mail, std::string own_name)
+        : curl_(curl), mail_(std::move(mail)), own_name_(std::move(own_name)), pool_(1)
     {}
 
     asio::awaitable<result<>> deliver(Notice notice) override
@@ -40,8 +40,8 @@ public:
         auto state = co_await asio::this_coro::cancellation_state;
         if (state.cancelled() != asio::cancellation_type::none)
             co_return Failure(asio::error::operation_aborted);
-        auto message = core::mail_message(notice, params_.mail.sender, params_.mail.administrator);
-        auto const exchange = std::make_shared<SmtpExchange>(curl_, params_, std::move(message));
+        auto message = core::mail_message(notice, mail_.sender, mail_.administrator);
+        auto const exchange = std::make_shared<SmtpExchange>(curl_, mail_, own_name_, std::move(message));
         // The job itself is not cancellable, so the slot is free for what makes it end early.
         Abort on_cancel{exchange};
         auto slot = state.slot();
@@ -56,26 +56,26 @@ public:
 
 private:
     LoadedCurl const curl_;
-    SmtpParams params_;
+    MailConfig const mail_;
+    std::string const own_name_;
     adapters::BlockingPool pool_;
 };
 
 } // namespace
 
-result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params)
+result<std::unique_ptr<Notifier>> make_smtp_notifier(MailConfig mail, std::string own_name)
 {
-    if (!core::is_mail_host(params.mail.server))
+    if (!core::is_mail_host(mail.server))
         return Failure(errc::invalid_argument, "the mail server is not a host name");
-    if (!core::is_mail_address(params.mail.sender) || !core::is_mail_address(params.mail.administrator))
+    if (!core::is_mail_address(mail.sender) || !core::is_mail_address(mail.administrator))
         return Failure(errc::invalid_argument, "a mail address is not a plain address");
-    if (!core::is_printable(params.mail.user) || !core::is_printable(params.mail.password))
+    if (!core::is_printable(mail.user) || !core::is_printable(mail.password))
         return Failure(errc::invalid_argument, "the mail server's user or password has control characters");
-    if (!core::is_mail_host(params.own_name))
-        params.own_name = "localhost"; // it greets, no more
     auto const curl = LoadedCurl::load();
     if (!curl)
         return curl.error();
-    return std::unique_ptr<Notifier>(std::make_unique<SmtpNotifier>(*curl, std::move(params)));
+    return std::unique_ptr<Notifier>(
+        std::make_unique<SmtpNotifier>(*curl, std::move(mail), std::move(own_name)));
 }
 
 } // namespace webots_cloud

@@ -8,16 +8,14 @@
 
 namespace webots_cloud::adapters {
 
-result<> try_mail_server(SmtpParams params)
+result<> try_mail_server(MailConfig mail, std::string own_name)
 {
-    if (!core::is_mail_host(params.mail.server))
+    if (!core::is_mail_host(mail.server))
         return Failure(errc::invalid_argument, "the mail server is not a host name");
-    if (!core::is_mail_host(params.own_name))
-        params.own_name = "localhost"; // it greets, no more
     auto const curl = LoadedCurl::load();
     if (!curl)
         return curl.error();
-    SmtpExchange exchange(*curl, std::move(params), {});
+    SmtpExchange exchange(*curl, std::move(mail), std::move(own_name), {});
     return exchange.perform();
 }
 

@@ -1,8 +1,10 @@
 // Whether a mail server takes our mails, for the doctor.
 #pragma once
 
-#include <webots_cloud/adapters/mail.hpp>
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
+
+#include <string>
 
 namespace webots_cloud::adapters {
 
@@ -11,6 +13,6 @@ namespace webots_cloud::adapters {
 ///
 /// Errors: as of `Notifier::deliver`.
 /// Thread-safety: any thread.
-result<> try_mail_server(SmtpParams params);
+result<> try_mail_server(MailConfig mail, std::string own_name);
 
 } // namespace webots_cloud::adapters

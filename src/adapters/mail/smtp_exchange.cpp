@@ -2,6 +2,7 @@
 // when the server stops, and a mail server that is slow on purpose costs a thread and no more.
 #include "smtp_exchange.hpp"
 
+#include "core/notices/mail_message.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/error.hpp>
@@ -28,20 +29,20 @@ long milliseconds(Duration duration)
 }
 
 /// RFC 8314, 3.3: at this port TLS begins with the first byte, and nothing is greeted before.
-bool speaks_tls_at_once(SmtpParams const& params) noexcept
+bool speaks_tls_at_once(MailConfig const& mail) noexcept
 {
     constexpr int submissions = 465;
-    return params.mail.server_port == submissions;
+    return mail.server_port == submissions;
 }
 
 /// The last path segment is what EHLO says.
-std::string url_of(SmtpParams const& params)
+std::string url_of(MailConfig const& mail, std::string const& own_name)
 {
-    bool const is_ipv6 = params.mail.server.find(':') != std::string::npos;
-    auto const host = is_ipv6 ? concat("[", params.mail.server, "]") : params.mail.server;
-    return concat(speaks_tls_at_once(params) ? "smtps://" : "smtp://", host, ":",
-                  std::to_string(params.mail.server_port == 0 ? 25 : params.mail.server_port), "/",
-                  params.own_name);
+    bool const is_ipv6 = mail.server.find(':') != std::string::npos;
+    auto const host = is_ipv6 ? concat("[", mail.server, "]") : mail.server;
+    return concat(speaks_tls_at_once(mail) ? "smtps://" : "smtp://", host, ":",
+                  std::to_string(mail.server_port == 0 ? 25 : mail.server_port), "/",
+                  core::is_mail_host(own_name) ? own_name : "localhost"); // it greets, no more
 }
 
 bool is_last_line(std::string_view reply)
@@ -51,9 +52,9 @@ bool is_last_line(std::string_view reply)
 
 } // namespace
 
-SmtpExchange::SmtpExchange(LoadedCurl const& curl, SmtpParams params, std::string message)
-    : curl_(curl), params_(std::move(params)), message_(std::move(message)), multi_(curl_.multi_init()),
-      easy_(curl_.easy_init()), unsent_(message_)
+SmtpExchange::SmtpExchange(LoadedCurl const& curl, MailConfig mail, std::string own_name, std::string message)
+    : curl_(curl), mail_(std::move(mail)), own_name_(std::move(own_name)), message_(std::move(message)),
+      multi_(curl_.multi_init()), easy_(curl_.easy_init()), unsent_(message_)
 {}
 
 SmtpExchange::~SmtpExchange()
@@ -105,7 +106,7 @@ result<> SmtpExchange::perform()
 
 void SmtpExchange::prepare()
 {
-    curl_.easy_setopt(easy_, CURLOPT_URL, url_of(params_).c_str());
+    curl_.easy_setopt(easy_, CURLOPT_URL, url_of(mail_, own_name_).c_str());
     curl_.easy_setopt(easy_, CURLOPT_PROTOCOLS_STR, "smtp,smtps");
     curl_.easy_setopt(easy_, CURLOPT_PROXY, ""); // proxies of the environment are for the web
     curl_.easy_setopt(easy_, CURLOPT_NOSIGNAL, 1L);
@@ -113,8 +114,8 @@ void SmtpExchange::prepare()
     // A name that is still being looked up when we give up is left to its thread: waiting for that could take
     // half a minute.
     curl_.easy_setopt(easy_, CURLOPT_QUICK_EXIT, 1L);
-    curl_.easy_setopt(easy_, CURLOPT_TIMEOUT_MS, milliseconds(params_.timeout));
-    curl_.easy_setopt(easy_, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(params_.timeout)); // see drive()
+    curl_.easy_setopt(easy_, CURLOPT_TIMEOUT_MS, milliseconds(mail_.timeout));
+    curl_.easy_setopt(easy_, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(mail_.timeout)); // see drive()
     curl_.easy_setopt(easy_, CURLOPT_ERRORBUFFER, words_.data());
     prepare_sockets();
     prepare_security();
@@ -125,8 +126,8 @@ void SmtpExchange::prepare()
         curl_.easy_setopt(easy_, CURLOPT_CONNECT_ONLY, 1L);
         return;
     }
-    recipients_ = curl_.slist_append(nullptr, concat("<", params_.mail.administrator, ">").c_str());
-    curl_.easy_setopt(easy_, CURLOPT_MAIL_FROM, concat("<", params_.mail.sender, ">").c_str());
+    recipients_ = curl_.slist_append(nullptr, concat("<", mail_.administrator, ">").c_str());
+    curl_.easy_setopt(easy_, CURLOPT_MAIL_FROM, concat("<", mail_.sender, ">").c_str());
     curl_.easy_setopt(easy_, CURLOPT_MAIL_RCPT, recipients_);
     curl_.easy_setopt(easy_, CURLOPT_UPLOAD, 1L);
     curl_.easy_setopt(easy_, CURLOPT_READFUNCTION, &SmtpExchange::on_read);
@@ -142,15 +143,15 @@ void SmtpExchange::prepare_sockets()
     // QUIT then belongs to this mail, and the limit for its answer is ours.
     curl_.easy_setopt(easy_, CURLOPT_FORBID_REUSE, 1L);
     curl_.easy_setopt(easy_, CURLOPT_SERVER_RESPONSE_TIMEOUT,
-                      std::max(1L, milliseconds(params_.timeout) / 1000));
+                      std::max(1L, milliseconds(mail_.timeout) / 1000));
 }
 
 /// With a password, or at the port for TLS: TLS or nothing, and a certificate that is valid for the host.
 /// Otherwise neither.
 void SmtpExchange::prepare_security()
 {
-    bool const logs_in = !params_.mail.password.empty();
-    if (!logs_in && !speaks_tls_at_once(params_))
+    bool const logs_in = !mail_.password.empty();
+    if (!logs_in && !speaks_tls_at_once(mail_))
         return;
     curl_.easy_setopt(easy_, CURLOPT_USE_SSL, static_cast<long>(CURLUSESSL_ALL));
     curl_.easy_setopt(easy_, CURLOPT_SSL_VERIFYPEER, 1L);
@@ -161,8 +162,8 @@ void SmtpExchange::prepare_security()
         curl_.easy_setopt(easy_, CURLOPT_CAINFO, trusted);
     if (!logs_in)
         return;
-    curl_.easy_setopt(easy_, CURLOPT_USERNAME, params_.mail.user.c_str());
-    curl_.easy_setopt(easy_, CURLOPT_PASSWORD, params_.mail.password.c_str());
+    curl_.easy_setopt(easy_, CURLOPT_USERNAME, mail_.user.c_str());
+    curl_.easy_setopt(easy_, CURLOPT_PASSWORD, mail_.password.c_str());
 }
 
 /// Until the transfer ends, or we are told to, or there is no connection in time.
@@ -171,7 +172,7 @@ void SmtpExchange::prepare_security()
 /// purpose, though.
 result<> SmtpExchange::drive()
 {
-    auto const connected_by = std::chrono::steady_clock::now() + params_.connect_timeout;
+    auto const connected_by = std::chrono::steady_clock::now() + mail_.connect_timeout;
     for (;;) {
         int running = 0;
         if (auto const code = curl_.multi_perform(multi_, &running); code != CURLM_OK)
@@ -186,7 +187,7 @@ result<> SmtpExchange::drive()
         if (connected == 0 && left <= 0) {
             std::lock_guard const lock(mutex_);
             shut_down_sockets();
-            return Failure(errc::timed_out, concat("no connection to ", params_.mail.server, " in time"));
+            return Failure(errc::timed_out, concat("no connection to ", mail_.server, " in time"));
         }
         auto const nap = connected == 0 ? std::min<long>(left + 1, max_nap) : max_nap;
         curl_.multi_poll(multi_, nullptr, 0, static_cast<int>(nap), nullptr);
@@ -207,7 +208,7 @@ CURLcode SmtpExchange::result_of_transfer()
 Failure SmtpExchange::failure_of(CURLcode code) const
 {
     if (has_no_login_)
-        return {errc::refused, concat(params_.mail.server, " offers no login")};
+        return {errc::refused, concat(mail_.server, " offers no login")};
     auto detail = std::string(words_[0] ? words_.data() : curl_.easy_strerror(code));
     if (code == CURLE_OPERATION_TIMEDOUT)
         return {errc::timed_out, detail};
@@ -270,9 +271,8 @@ bool SmtpExchange::take_reply(std::string_view line)
         ++greetings_;
     // Where TLS begins in the middle, the server says 220 once more, and what it offered before counts no
     // more.
-    int const last_greeting = speaks_tls_at_once(params_) ? 1 : 2;
-    if (params_.mail.password.empty() || greetings_ != last_greeting || !line.starts_with("250") ||
-        line.size() < 4)
+    int const last_greeting = speaks_tls_at_once(mail_) ? 1 : 2;
+    if (mail_.password.empty() || greetings_ != last_greeting || !line.starts_with("250") || line.size() < 4)
         return true;
     offers_login_ = offers_login_ || line.substr(4).starts_with("AUTH");
     if (!is_last_line(line))

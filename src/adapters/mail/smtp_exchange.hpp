@@ -3,7 +3,7 @@
 
 #include "loaded_curl.hpp"
 
-#include <webots_cloud/adapters/mail.hpp>
+#include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
 
 #include <array>
@@ -18,9 +18,10 @@ namespace webots_cloud::adapters {
 class SmtpExchange
 {
 public:
-    /// `message` is the whole mail, its lines ending with CRLF. Empty: no mail is sent, but everything before
-    /// it is tried: connection, TLS and login.
-    SmtpExchange(LoadedCurl const& curl, SmtpParams params, std::string message);
+    /// `own_name` is what we say in EHLO, if it is a name of a host; `message` is the whole mail, its lines
+    /// ending with CRLF. Empty: no mail is sent, but everything before it is tried: connection, TLS and
+    /// login.
+    SmtpExchange(LoadedCurl const& curl, MailConfig mail, std::string own_name, std::string message);
     SmtpExchange(SmtpExchange const&) = delete;
     ~SmtpExchange();
 
@@ -47,7 +48,8 @@ private:
     Failure failure_of(CURLcode code) const;
 
     LoadedCurl const curl_;
-    SmtpParams params_;
+    MailConfig const mail_;
+    std::string const own_name_;
     std::string message_;
     CURLM* multi_;
     CURL* easy_;

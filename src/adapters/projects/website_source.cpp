@@ -72,10 +72,10 @@ result<> make_runnable(fs::path const& root)
 class WebsiteFetch
 {
 public:
-    WebsiteFetch(adapters::CurlHttp& http, WebsiteSourceParams const& params,
+    WebsiteFetch(adapters::CurlHttp& http, WebsiteSourceConfig const& config,
                  std::shared_ptr<FetchBudget> budget, core::WebsitePlan const& plan, FetchOrder const& order,
                  std::atomic<bool> const& aborted)
-        : http_(http), params_(params), plan_(plan), order_(order), project_(*order.website),
+        : http_(http), config_(config), plan_(plan), order_(order), project_(*order.website),
           aborted_(aborted), deadline_(std::chrono::steady_clock::now() + order.limits.timeout),
           share_(std::move(budget), how_it_waits())
     {}
@@ -112,9 +112,9 @@ private:
 
     result<> copy_template()
     {
-        auto const from = params_.config.projects / plan_.project;
+        auto const from = config_.projects / plan_.project;
         std::error_code failed;
-        if (params_.config.projects.empty() || !fs::is_directory(from, failed))
+        if (config_.projects.empty() || !fs::is_directory(from, failed))
             return core::refused(core::Refused::no_template,
                                  {{"name", core::printable(project_.project, 100)}});
         fs::create_directory(order_.directory, failed);
@@ -137,8 +137,8 @@ private:
         limits.aborted = &aborted_;
         limits.deadline = deadline_;
         limits.bytes = order_.limits.bytes;
-        limits.low_speed = params_.config.low_speed;
-        limits.low_speed_time = params_.config.low_speed_time;
+        limits.low_speed = config_.low_speed;
+        limits.low_speed_time = config_.low_speed_time;
         auto const archive = adapters::download_archive(http_, project_, *plan_.download, limits, root->get(),
                                                         share_, *order_.progress);
         if (!archive)
@@ -188,7 +188,7 @@ private:
     }
 
     adapters::CurlHttp& http_;
-    WebsiteSourceParams const& params_;
+    WebsiteSourceConfig const& config_;
     core::WebsitePlan const& plan_;
     FetchOrder const& order_;
     WebsiteProject const& project_;
@@ -202,9 +202,10 @@ private:
 class WebsiteSource final : public ProjectSource
 {
 public:
-    WebsiteSource(WebsiteSourceParams params, Logger log, std::shared_ptr<FetchBudget> budget)
-        : params_(std::move(params)), log_(std::move(log)), budget_(std::move(budget)),
-          local_(threads, adapters::BlockingPool::Priority::background)
+    WebsiteSource(WebsiteSourceConfig config, HttpClientConfig http, Logger log,
+                  std::shared_ptr<FetchBudget> budget)
+        : config_(std::move(config)), log_(std::move(log)), budget_(std::move(budget)),
+          http_(std::move(http)), local_(threads, adapters::BlockingPool::Priority::background)
     {}
 
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
@@ -213,7 +214,7 @@ public:
         if (!order.website)
             co_return Failure(errc::invalid_argument, "this order names no project of a website");
         auto const host = order.website->host();
-        auto look = [keys = params_.config.keys, host] { return read_key(keys, host); };
+        auto look = [keys = config_.keys, host] { return read_key(keys, host); };
         auto const key = co_await local_.run(std::move(look));
         if (!key)
             co_return key.error();
@@ -225,7 +226,7 @@ public:
         auto& pool = plan->download ? pool_of(host) : local_;
         auto work = [this, order = std::move(order),
                      plan = std::move(*plan)](std::atomic<bool> const& aborted) {
-            return WebsiteFetch(http_, params_, budget_, plan, order, aborted).run();
+            return WebsiteFetch(http_, config_, budget_, plan, order, aborted).run();
         };
         co_return co_await pool.run_abortable(std::move(work));
     }
@@ -234,8 +235,8 @@ public:
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {
         auto const is_runnable = core::is_runnable_name(fs::path(order.file).filename().string());
-        auto work = [from = params_.config.projects / order.website->project,
-                     also = is_runnable ? runnable : 0, order = std::move(order)] {
+        auto work = [from = config_.projects / order.website->project, also = is_runnable ? runnable : 0,
+                     order = std::move(order)] {
             return adapters::restore_file(from, order.root, order.file, also);
         };
         co_return co_await local_.run(std::move(work));
@@ -255,20 +256,20 @@ private:
             .first->second;
     }
 
-    WebsiteSourceParams params_;
+    WebsiteSourceConfig const config_;
     Logger log_;
     std::shared_ptr<FetchBudget> budget_;
-    adapters::CurlHttp http_{params_.http};
+    adapters::CurlHttp http_;
     adapters::BlockingPool local_; // these end their threads before anything that they use goes
     std::unordered_map<std::string, adapters::BlockingPool> downloading_; ///< By host.
 };
 
 } // namespace
 
-std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log,
-                                                   std::shared_ptr<FetchBudget> budget)
+std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceConfig config, HttpClientConfig http,
+                                                   Logger log, std::shared_ptr<FetchBudget> budget)
 {
-    return std::make_unique<WebsiteSource>(std::move(params), std::move(log),
+    return std::make_unique<WebsiteSource>(std::move(config), std::move(http), std::move(log),
                                            budget ? std::move(budget) : make_fetch_budget());
 }
 

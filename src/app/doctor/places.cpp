@@ -27,7 +27,7 @@ using core::Findings;
 
 constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
 constexpr std::uint64_t wanted_for_session_logs = std::uint64_t{64} << 20;
-// `max_logs` of `SimulationLogsParams`, half full.
+// The logs of `make_simulation_logs`, half full.
 constexpr std::uint64_t wanted_for_simulation_logs = gigabyte;
 constexpr std::uint64_t wanted_for_projects = 2 * gigabyte; // of the largest one
 

@@ -6,7 +6,6 @@
 
 #include "adapters/mail/mail_probe.hpp"
 #include "app/daemon.hpp"
-#include "app/mail.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/discovery/named_machines.hpp"
 #include "core/doctor/network_findings.hpp"
@@ -80,13 +79,12 @@ CheckWork check_named_machines(HttpClient& http, NameService& names, ServerSpec 
 
 CheckWork check_mail(SessionConfig config)
 {
-    auto params = smtp_params(config);
-    params.timeout = answer_limit;
+    auto mail = config.mail;
+    mail.timeout = answer_limit;
     auto const address =
-        concat(params.mail.server, ":",
-               std::to_string(params.mail.server_port == 0 ? usual_mail_port : params.mail.server_port));
-    std::function<result<bool>()> const look = [params = std::move(params)] {
-        auto const tried = adapters::try_mail_server(params);
+        concat(mail.server, ":", std::to_string(mail.server_port == 0 ? usual_mail_port : mail.server_port));
+    std::function<result<bool>()> const look = [mail = std::move(mail), name = config.address.host] {
+        auto const tried = adapters::try_mail_server(mail, name);
         return tried ? result<bool>(true) : result<bool>(tried.error());
     };
     auto const tried = co_await aside<bool>(look);

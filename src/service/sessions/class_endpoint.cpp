@@ -20,7 +20,7 @@ ClassEndpoint::ClassEndpoint(SiteContext const& site, ClassStager& stager)
 
 void ClassEndpoint::apply()
 {
-    book_.set_password(site_.hooks.random_bytes ? site_.params.config.teacher_password : std::string());
+    book_.set_password(site_.hooks.random_bytes ? site_.config.service.teacher_password : std::string());
 }
 
 core::ClassHooks ClassEndpoint::book_hooks()
@@ -49,7 +49,7 @@ core::ClassNetwork ClassEndpoint::network_of(AskedAddress const& asked) const
     if (!site_.hooks.shared_addresses || core::reach_of(asked.host) != core::Reach::this_machine)
         return network;
     network.addresses = site_.hooks.shared_addresses();
-    network.is_open = site_.params.address.host == core::asked_name;
+    network.is_open = site_.config.address.host == core::asked_name;
     return network;
 }
 

@@ -85,7 +85,7 @@ void ClassStager::speak(std::string const& machine, Link& link)
         return;
     // `update` may come again before the task begins, and must not connect twice or forget the link.
     link.is_open = true;
-    auto request = machine_websocket(server->spec, site_.params.address.ssl,
+    auto request = machine_websocket(server->spec, site_.config.address.ssl,
                                      concat(site_.ticket_path(machine), "/client"));
     bool const has_name = !machine.starts_with(core::asked_name) && !server->spec.has_own_path;
     if (!request.address.empty() && has_name)

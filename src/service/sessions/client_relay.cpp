@@ -53,7 +53,7 @@ ClientRelay::~ClientRelay() = default;
 void ClientRelay::apply()
 {
     core::WaitingRoomParams room;
-    room.places = static_cast<std::size_t>(site_.params.config.waiting_room);
+    room.places = static_cast<std::size_t>(site_.config.service.waiting_room);
     room_.apply(room);
 }
 
@@ -213,7 +213,7 @@ void ClientRelay::come_back(Browser& browser, std::string_view text, std::string
     auto const token = core::parse_relayed_token(text);
     bool const is_known = token && machines_.contains(token->entry);
     // The machine may not have been found yet since our start: the browser is to come again, not to give up.
-    if (token && !is_known && site_.params.finds_machines && site_.clock.now() - began_ < all_found)
+    if (token && !is_known && site_.finds_machines() && site_.clock.now() - began_ < all_found)
         return browser.channel.close(relay::service_restart);
     browser.options.wants_reasons = true; // whoever has a token knows what we add
     if (!is_known)

@@ -336,7 +336,7 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
         co_return Failure(errc::unreachable, "it was removed from \"simulationServers\"");
     auto const& internal = machine->spec.internal_address;
     auto const ticket = ride.is_placed ? site_.ticket_path(ride.entry) : std::string();
-    auto request = machine_websocket(machine->spec, site_.params.address.ssl, concat(ticket, "/client"));
+    auto request = machine_websocket(machine->spec, site_.config.address.ssl, concat(ticket, "/client"));
     // The machine answers with an address that this browser can reach, and counts for this browser.
     if (auto below_us = site_.addresses.address_below_us(ride.entry, browser.asked); !below_us.empty())
         request.headers.emplace_back(core::public_address_header, std::move(below_us));

@@ -185,7 +185,7 @@ std::vector<ListedWorld> Gallery::worlds() const
     std::vector<ListedWorld> found;
     for (auto const& [machine, known] : known_)
         found.insert(found.end(), known.worlds.begin(), known.worlds.end());
-    return core::gallery_worlds(site_.params.config.worlds, site_.params.config.viewer_url, found);
+    return core::gallery_worlds(site_.config.service.worlds, site_.config.service.viewer_url, found);
 }
 
 std::string Gallery::list_text()
@@ -193,7 +193,7 @@ std::string Gallery::list_text()
     std::vector<std::string> keys;
     for (auto const& [key, picture] : pictures_)
         keys.push_back(key);
-    return core::gallery_json(worlds(), keys, core::viewer_defaults(site_.params.config));
+    return core::gallery_json(worlds(), keys, core::viewer_defaults(site_.config.service));
 }
 
 HttpResponse Gallery::picture(std::string_view key, std::string_view if_none_match) const

@@ -49,7 +49,7 @@ public:
     /// Whether the operator wants one.
     bool is_wanted() const noexcept
     {
-        auto const& worlds = site_.params.config.worlds;
+        auto const& worlds = site_.config.service.worlds;
         return !worlds || !worlds->empty();
     }
 

@@ -57,18 +57,18 @@ HttpResponse refused_announcement(unsigned status, std::string_view why)
 
 struct MachineDiscovery::Impl
 {
-    Impl(MachineDiscoveryParams parameters, NameService& name_service, Clock& time, Logger logger,
-         MachineDiscoveryHooks others)
+    Impl(std::vector<ServerSpec> listed, bool to_loopback, NameService& name_service, Clock& time,
+         Logger logger, MachineDiscoveryHooks others)
         : names(name_service), clock(time), log(std::move(logger)), hooks(std::move(others)),
-          announced(std::min(parameters.max_announced, core::AnnouncedMachines::max_machines))
+          announced(std::min(hooks.max_announced, core::AnnouncedMachines::max_machines))
     {
-        take(std::move(parameters));
+        take(std::move(listed), to_loopback);
     }
 
-    void take(MachineDiscoveryParams parameters);
+    void take(std::vector<ServerSpec> listed, bool to_loopback);
     void name_machines(WatchedName& name);
     void name_spares();
-    std::size_t announced_source() const noexcept { return params.entries.size(); }
+    std::size_t announced_source() const noexcept { return entries.size(); }
     void name_announced(std::string address);
     std::optional<ServerSpec> announced_machine(std::string address) const;
     void begin_lookups();
@@ -78,7 +78,8 @@ struct MachineDiscovery::Impl
     void warn_of_too_many(std::string_view machine);
     asio::awaitable<result<>> run();
 
-    MachineDiscoveryParams params;
+    std::vector<ServerSpec> entries;
+    bool loopback = false;
     NameService& names;
     Clock& clock;
     Logger log;
@@ -92,17 +93,19 @@ struct MachineDiscovery::Impl
     std::optional<async::TaskGroup> lookups; ///< While `run` is awaited.
 };
 
-MachineDiscovery::MachineDiscovery(MachineDiscoveryParams params, NameService& names, Clock& clock,
-                                   Logger log, MachineDiscoveryHooks hooks)
-    : impl_(std::make_unique<Impl>(std::move(params), names, clock, std::move(log), std::move(hooks)))
+MachineDiscovery::MachineDiscovery(std::vector<ServerSpec> entries, bool loopback, NameService& names,
+                                   Clock& clock, Logger log, MachineDiscoveryHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(entries), loopback, names, clock, std::move(log),
+                                   std::move(hooks)))
 {}
 
 MachineDiscovery::~MachineDiscovery() = default;
 
-void MachineDiscovery::apply(MachineDiscoveryParams params)
+void MachineDiscovery::apply(std::vector<ServerSpec> entries, bool loopback)
 {
-    if (params != impl_->params) // else thousands of machines would be listed anew for nothing
-        impl_->take(std::move(params));
+    // Otherwise thousands of machines would be listed anew for nothing.
+    if (entries != impl_->entries || loopback != impl_->loopback)
+        impl_->take(std::move(entries), loopback);
 }
 
 std::vector<ServerSpec> MachineDiscovery::servers() const
@@ -120,15 +123,16 @@ asio::awaitable<result<>> MachineDiscovery::run()
     return impl_->run();
 }
 
-void MachineDiscovery::Impl::take(MachineDiscoveryParams parameters)
+void MachineDiscovery::Impl::take(std::vector<ServerSpec> listed, bool to_loopback)
 {
-    params = std::move(parameters);
+    entries = std::move(listed);
+    loopback = to_loopback;
     announced_as = ServerSpec();
     list = core::MachineList();
     // Names that stay keep what their lookups have found, so that their machines do not go and come back.
     auto known = std::exchange(watched, {});
-    for (std::size_t source = 0; source != params.entries.size(); ++source) {
-        auto const& entry = params.entries[source];
+    for (std::size_t source = 0; source != entries.size(); ++source) {
+        auto const& entry = entries[source];
         auto name = core::parse_machine_name(entry.address);
         if (entry.address == core::announced_entry) {
             announced_as = entry;
@@ -165,7 +169,7 @@ void MachineDiscovery::Impl::name_machines(WatchedName& name)
     auto machines = name.machines.machines(
         [this](std::string_view address) { return lost.contains(std::string(address)); });
     for (auto& machine : machines) {
-        machine.elsewhere = !params.loopback;
+        machine.elsewhere = !loopback;
         machine.found_by = name.machines.entry().address;
     }
     // Both are in the order of their addresses: one walk finds what is gone, what is new, and what is treated
@@ -208,7 +212,7 @@ std::optional<ServerSpec> MachineDiscovery::Impl::announced_machine(std::string 
 {
     auto machine = announced_as;
     machine.address = std::move(address);
-    machine.elsewhere = !params.loopback;
+    machine.elsewhere = !loopback;
     machine.found_by = core::announced_entry;
     return core::reach_inside(machine, std::nullopt) ? std::optional(std::move(machine)) : std::nullopt;
 }
@@ -234,7 +238,7 @@ asio::awaitable<void> MachineDiscovery::Impl::look_up(std::shared_ptr<WatchedNam
     bool const cancelled = co_await async::is_cancelled();
     if (cancelled || watched_name->is_removed)
         co_return;
-    auto const news = watched_name->machines.take(answer, clock.now(), params.loopback);
+    auto const news = watched_name->machines.take(answer, clock.now(), loopback);
     if (!news.info.empty())
         log.info(news.info);
     if (!news.warning.empty())
@@ -302,7 +306,7 @@ HttpResponse MachineDiscovery::Impl::take_announcement(IncomingRequest const& re
                                          "at addresses: set \"server\" to one.");
     // Only one that comes or goes changes the list: most announcements just renew the time of the last one.
     auto const before = announced.size();
-    auto const verdict = announced.take(*announcement, params.loopback, clock.now(), clock.wall());
+    auto const verdict = announced.take(*announcement, loopback, clock.now(), clock.wall());
     if (announced.size() != before) {
         auto address = core::lower_case(announcement->machine);
         if (announcement->is_goodbye)

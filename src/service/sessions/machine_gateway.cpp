@@ -38,7 +38,7 @@ Forward to_machine(core::ForwardTarget target)
 
 std::optional<Answer> MachineGateway::pass_on(IncomingRequest const& request)
 {
-    if (!site_.params.config.gateway)
+    if (!site_.config.service.gateway)
         return std::nullopt;
     auto answer = to_port(request);
     // What a machine answers has the site's origin, and would answer for its pages from then on.

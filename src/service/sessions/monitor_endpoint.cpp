@@ -27,9 +27,9 @@ void MonitorEndpoint::apply()
 {
     core::SessionAbout about;
     about.started = started_;
-    about.is_tls = site_.params.address.ssl;
-    about.is_gateway = site_.params.config.gateway;
-    about.shows_decisions = site_.params.config.decisions_for_all;
+    about.is_tls = site_.config.address.ssl;
+    about.is_gateway = site_.config.service.gateway;
+    about.shows_decisions = site_.config.service.decisions_for_all;
     board_.describe(core::about_json(about));
     board_.set_threshold(site_.monitor.params().threshold);
 }
@@ -58,7 +58,7 @@ void MonitorEndpoint::look()
     });
     board_.note_refusals(std::bind_front(&ClientRelay::last_refusal, &relay_));
     board_.note_site(availability_.state());
-    board_.note_waiting(site_.params.config.relay ? std::optional(relay_.figures()) : std::nullopt);
+    board_.note_waiting(site_.config.service.relay ? std::optional(relay_.figures()) : std::nullopt);
 }
 
 std::string MonitorEndpoint::snapshot()
@@ -98,7 +98,7 @@ std::string MonitorEndpoint::page()
     page.words = core::session_words(started_, machines, site_.monitor.totals());
     if (machines <= max_machines_in_page)
         page.snapshot = snapshot();
-    page.assets = monitor_assets("session.js", site_.params.address.port);
+    page.assets = monitor_assets("session.js", site_.config.address.port);
     return core::monitor_page(page);
 }
 

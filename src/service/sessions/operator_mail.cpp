@@ -32,9 +32,9 @@ constexpr auto last_delivery = std::chrono::seconds(5);
 
 struct OperatorMail::Impl
 {
-    Impl(OperatorMailParams parameters, Notifier& delivering, Clock& time, Logger logger)
-        : params(std::move(parameters)), notifier(delivering), clock(time), log(std::move(logger)),
-          monitor(core::monitor_url(params.address))
+    Impl(std::string recipient, PublicAddress const& server, Notifier& delivering, Clock& time, Logger logger)
+        : administrator(std::move(recipient)), port(server.port), notifier(delivering), clock(time),
+          log(std::move(logger)), monitor(core::monitor_url(server))
     {}
 
     std::optional<TimePoint> next_due() const;
@@ -49,7 +49,8 @@ struct OperatorMail::Impl
     asio::awaitable<result<>> deliver_all();
     asio::awaitable<void> end();
 
-    OperatorMailParams params;
+    std::string administrator;
+    std::uint16_t port; ///< Of the session server.
     Notifier& notifier;
     Clock& clock;
     Logger log;
@@ -62,18 +63,20 @@ struct OperatorMail::Impl
     OperatorMailStatistics counts; // but for `waiting`, which is counted when asked for
 };
 
-OperatorMail::OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log)
-    : impl_(std::make_unique<Impl>(std::move(params), notifier, clock, std::move(log)))
+OperatorMail::OperatorMail(std::string administrator, PublicAddress const& server, Notifier& notifier,
+                           Clock& clock, Logger log)
+    : impl_(std::make_unique<Impl>(std::move(administrator), server, notifier, clock, std::move(log)))
 {}
 
 OperatorMail::~OperatorMail() = default;
 
-void OperatorMail::apply(OperatorMailParams params)
+void OperatorMail::apply(std::string administrator, PublicAddress const& server)
 {
-    if (params.administrator.empty())
+    if (administrator.empty())
         impl_->give_up_everything("no recipient is configured any more");
-    impl_->params = std::move(params);
-    impl_->monitor = core::monitor_url(impl_->params.address);
+    impl_->administrator = std::move(administrator);
+    impl_->port = server.port;
+    impl_->monitor = core::monitor_url(server);
     impl_->problem.reset();
     impl_->queue.retry();
     if (impl_->changed)
@@ -82,7 +85,7 @@ void OperatorMail::apply(OperatorMailParams params)
 
 bool OperatorMail::note(LoadEvent const& event)
 {
-    if (impl_->params.administrator.empty() || !core::is_news(event.transition))
+    if (impl_->administrator.empty() || !core::is_news(event.transition))
         return false;
     core::News const news(event, impl_->clock.wall());
     if (impl_->digest.at_once(event.server.address, news, impl_->clock.now()))
@@ -195,7 +198,7 @@ void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, resul
     ++(outcome ? counts.sent : counts.failed);
     if (outcome) {
         if (problem)
-            log.info(concat("Emails to ", params.administrator, " are sent again"));
+            log.info(concat("Emails to ", administrator, " are sent again"));
         problem.reset();
         queue.delivered(attempt);
         return;
@@ -204,7 +207,7 @@ void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, resul
     // Compares codes, not messages: messages contain durations, so each would count as a new problem and be
     // logged.
     if (!problem || !(*problem == failure))
-        log.error(concat("Error: unable to send email to ", params.administrator, ": ",
+        log.error(concat("Error: unable to send email to ", administrator, ": ",
                          core::printable(failure.message())));
     problem = failure;
     if (auto const refused = queue.failed(attempt, failure, clock.now()))
@@ -215,7 +218,7 @@ void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, resul
 void OperatorMail::Impl::give_up(Notice const& notice, std::string_view why)
 {
     ++counts.given_up;
-    log.warning(concat("Email to ", params.administrator, " not sent (", why, "): ", notice.summary));
+    log.warning(concat("Email to ", administrator, " not sent (", why, "): ", notice.summary));
 }
 
 void OperatorMail::Impl::give_up_everything(std::string_view why)
@@ -233,7 +236,7 @@ std::string OperatorMail::Impl::new_id()
     auto const moment =
         std::chrono::duration_cast<std::chrono::microseconds>(clock.wall().time_since_epoch()).count();
     return concat(std::to_string(moment), ".", std::to_string(++notices), ".webots-session-server-",
-                  std::to_string(params.address.port));
+                  std::to_string(port));
 }
 
 } // namespace webots_cloud

@@ -65,14 +65,14 @@ SessionEndpoint::SessionEndpoint(SiteContext const& site, ClassEndpoint& classes
 
 void SessionEndpoint::apply(SessionServiceConfig const& before)
 {
-    auto const& config = site_.params.config;
+    auto const& config = site_.config.service;
     if (config.session_burst != before.session_burst || config.session_rate != before.session_rate)
         set_budget();
 }
 
 void SessionEndpoint::set_budget()
 {
-    auto const& config = site_.params.config;
+    auto const& config = site_.config.service;
     asked_ = core::TokenBuckets(static_cast<std::size_t>(config.session_burst), config.session_rate);
 }
 

@@ -40,7 +40,7 @@ public:
     void apply(SessionServiceConfig const& before);
 
     /// Whether this server takes `/client` itself.
-    bool relays() const noexcept { return site_.params.config.relay && site_.hooks.websockets; }
+    bool relays() const noexcept { return site_.config.service.relay && site_.hooks.websockets; }
 
     Answer answer(IncomingRequest const& request);
     boost::asio::awaitable<void> serve(ChannelInfo const& info, Channel& channel);

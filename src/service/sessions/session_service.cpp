@@ -46,7 +46,7 @@ constexpr auto regular_update = std::chrono::seconds(1);
 
 struct SessionService::Impl final : FleetObserver
 {
-    Impl(SessionServiceParams params, Fleet& fleet, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
+    Impl(SessionConfig config, Fleet& fleet, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
          Logger log, SessionServiceHooks hooks);
 
     void put(FleetMachine const& machine, FleetMachine const* was,
@@ -99,12 +99,12 @@ struct SessionService::Impl final : FleetObserver
     std::uint64_t failed_polls = 0;
 };
 
-SessionService::Impl::Impl(SessionServiceParams params, Fleet& fleet, LoadMonitor& load_monitor,
+SessionService::Impl::Impl(SessionConfig config, Fleet& fleet, LoadMonitor& load_monitor,
                            Scheduler& scheduler, Clock& clock, Logger log, SessionServiceHooks hooks)
-    : site(std::move(params), fleet, load_monitor, scheduler, clock, std::move(log), std::move(hooks)),
+    : site(std::move(config), fleet, load_monitor, scheduler, clock, std::move(log), std::move(hooks)),
       gallery(site), class_stager(site), classes(site, class_stager), availability(site),
       sessions(site, classes, availability), relay(site, classes, sessions, availability), gateway(site),
-      monitor(site, relay, availability), machine_metrics(site), pages(site.params.config, gallery)
+      monitor(site, relay, availability), machine_metrics(site), pages(site.config.service, gallery)
 {
     // The monitor page shows what the LoadMonitor knows of a machine, so it comes after it, and is told first
     // of machines that leave.
@@ -116,23 +116,23 @@ SessionService::Impl::Impl(SessionServiceParams params, Fleet& fleet, LoadMonito
     monitor.update();
 }
 
-SessionService::SessionService(SessionServiceParams params, Fleet& fleet, LoadMonitor& monitor,
-                               Scheduler& scheduler, Clock& clock, Logger log, SessionServiceHooks hooks)
-    : impl_(std::make_unique<Impl>(std::move(params), fleet, monitor, scheduler, clock, std::move(log),
+SessionService::SessionService(SessionConfig config, Fleet& fleet, LoadMonitor& monitor, Scheduler& scheduler,
+                               Clock& clock, Logger log, SessionServiceHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(config), fleet, monitor, scheduler, clock, std::move(log),
                                    std::move(hooks)))
 {}
 
 SessionService::~SessionService() = default;
 
-void SessionService::apply(SessionServiceParams params)
+void SessionService::apply(SessionConfig config)
 {
     auto& site = impl_->site;
-    params.address.port = site.params.address.port;
-    auto const before = std::exchange(site.params, std::move(params));
+    config.address.port = site.config.address.port;
+    auto const before = std::exchange(site.config, std::move(config));
     impl_->monitor.apply();
     impl_->classes.apply();
     impl_->relay.apply();
-    impl_->sessions.apply(before.config);
+    impl_->sessions.apply(before.service);
     impl_->gallery.refresh();
     impl_->expire_pages();
     impl_->availability.update(site.clock.now());
@@ -250,7 +250,7 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
 
 bool SessionService::Impl::may_read_decisions(IncomingRequest const& request) const
 {
-    return site.params.config.decisions_for_all || request.is_operator;
+    return site.config.service.decisions_for_all || request.is_operator;
 }
 
 /// While all machines are full it is ready as well: else a load balancer would take every session server of a
@@ -317,7 +317,7 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
     availability.write_metrics(text);
     sessions.write_metrics(text);
     classes.write_metrics(text);
-    if (site.params.config.relay)
+    if (site.config.service.relay)
         relay.write_metrics(text);
     text.family(core::metric("polls_total"))
         .add(static_cast<double>(good_polls), {{"result", "good"}})

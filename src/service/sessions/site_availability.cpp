@@ -12,7 +12,7 @@ namespace asio = boost::asio;
 
 core::SiteState SiteAvailability::state_with(std::size_t waiting, bool is_available, TimePoint now) const
 {
-    auto const& config = site_.params.config;
+    auto const& config = site_.config.service;
     core::SiteFacts facts;
     facts.is_available = is_available;
     facts.can_wait = config.relay && config.waiting_room > 0;
@@ -33,7 +33,7 @@ core::SiteState SiteAvailability::supply(TimePoint now) const
 
 bool SiteAvailability::takes_more(TimePoint now) const
 {
-    auto const places = static_cast<std::size_t>(site_.params.config.waiting_room);
+    auto const places = static_cast<std::size_t>(site_.config.service.waiting_room);
     return places > 0 ? waiting_ < places : site_.scheduler.available(now);
 }
 

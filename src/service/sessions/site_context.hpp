@@ -3,6 +3,7 @@
 
 #include "core/access/machine_paths.hpp"
 #include "core/access/site_addresses.hpp"
+#include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/fleet.hpp>
@@ -13,6 +14,7 @@
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,13 +23,13 @@ namespace webots_cloud {
 
 struct SiteContext
 {
-    SiteContext(SessionServiceParams parameters, Fleet& machines, LoadMonitor& load_monitor,
-                Scheduler& placing, Clock& time, Logger logger, SessionServiceHooks others)
-        : params(std::move(parameters)), hooks(std::move(others)), fleet(machines), monitor(load_monitor),
+    SiteContext(SessionConfig wanted, Fleet& machines, LoadMonitor& load_monitor, Scheduler& placing,
+                Clock& time, Logger logger, SessionServiceHooks others)
+        : config(std::move(wanted)), hooks(std::move(others)), fleet(machines), monitor(load_monitor),
           scheduler(placing), clock(time), log(std::move(logger))
     {}
 
-    SessionServiceParams params; ///< Others after SessionService::apply.
+    SessionConfig config; ///< Another one after SessionService::apply.
     SessionServiceHooks const hooks;
     Fleet& fleet;
     LoadMonitor& monitor;
@@ -35,7 +37,15 @@ struct SiteContext
     Clock& clock;
     Logger log;
     core::MachinePaths paths;
-    core::SiteAddresses addresses{params.address, params.other_names, params.config, fleet, paths};
+    core::SiteAddresses addresses{config.address, config.access.host_names, config.service, fleet, paths};
+
+    /// Not all machines are known at the start then.
+    bool finds_machines() const
+    {
+        return config.announcements ||
+               std::any_of(config.simulation_servers.begin(), config.simulation_servers.end(),
+                           [](ServerSpec const& entry) { return core::stands_for_found(entry.address); });
+    }
 
     /// `/ticket/<ticket>`, behind which a machine is asked for something where machines want tickets;
     /// otherwise empty.

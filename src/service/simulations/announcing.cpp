@@ -35,7 +35,8 @@ struct Announcing::Impl
     asio::awaitable<void> say_goodbye(std::string session_server);
     asio::awaitable<result<>> run();
 
-    AnnouncingParams params;
+    std::vector<std::string> const session_servers;
+    std::string const address;
     HttpClient& http;
     Clock& clock;
     Logger log;
@@ -44,9 +45,10 @@ struct Announcing::Impl
     WallTime last{}; ///< When the last one was signed: each has to be later than that before.
 };
 
-Announcing::Announcing(AnnouncingParams params, HttpClient& http, Clock& clock, Logger log,
-                       std::function<std::string(std::string_view message)> mac)
-    : impl_(new Impl{std::move(params), http, clock, std::move(log), std::move(mac)})
+Announcing::Announcing(std::vector<std::string> session_servers, std::string address, HttpClient& http,
+                       Clock& clock, Logger log, std::function<std::string(std::string_view message)> mac)
+    : impl_(new Impl{std::move(session_servers), std::move(address), http, clock, std::move(log),
+                     std::move(mac)})
 {}
 
 Announcing::~Announcing() = default;
@@ -59,7 +61,7 @@ asio::awaitable<result<>> Announcing::run()
 HttpRequest Announcing::Impl::request(std::string const& session_server, bool is_goodbye)
 {
     core::Announcement announcement;
-    announcement.machine = params.address;
+    announcement.machine = address;
     last = std::max(clock.wall(), last + std::chrono::milliseconds(1));
     announcement.at = last;
     announcement.receiver = receivers[session_server];
@@ -129,13 +131,13 @@ asio::awaitable<result<>> Announcing::Impl::run()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     async::TaskGroup tasks(co_await asio::this_coro::executor);
-    for (auto const& session_server : params.session_servers)
+    for (auto const& session_server : session_servers)
         tasks.spawn(keep_announcing(session_server));
     auto const ended = co_await async::until_cancelled();
     // First no announcement may be under way any more: one that arrives after our goodbye would bring us
     // back.
     co_await tasks.end();
-    for (auto const& session_server : params.session_servers)
+    for (auto const& session_server : session_servers)
         tasks.spawn(say_goodbye(session_server));
     // We have been cancelled already, which would end each goodbye before it is sent.
     co_await async::uncancellable(tasks.join());

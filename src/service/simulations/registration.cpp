@@ -28,35 +28,40 @@ constexpr auto max_pause = std::chrono::minutes(10);
 
 struct Registration::Impl
 {
-    Impl(RegistrationParams parameters, HttpClient& client, Clock& time, Logger logger)
-        : params(std::move(parameters)), http(client), clock(time), log(std::move(logger))
+    Impl(std::vector<std::string> others, std::string own_url, RepositoryRules rules, HttpClient& client,
+         Clock& time, Logger logger)
+        : registries(std::move(others)), url(std::move(own_url)), repositories(std::move(rules)),
+          http(client), clock(time), log(std::move(logger))
     {}
 
     std::string form() const
     {
-        return core::registration_form(params.url, params.repositories.share_idle_time,
-                                       params.repositories.allowed);
+        return core::registration_form(url, repositories.share_idle_time, repositories.allowed);
     }
 
     asio::awaitable<void> register_at(std::string registry);
 
-    RegistrationParams params;
+    std::vector<std::string> const registries;
+    std::string const url;
+    RepositoryRules repositories;
     HttpClient& http;
     Clock& clock;
     Logger log;
     std::optional<async::Wakeup> changed; ///< There while it runs.
 };
 
-Registration::Registration(RegistrationParams params, HttpClient& http, Clock& clock, Logger log)
-    : impl_(std::make_unique<Impl>(std::move(params), http, clock, std::move(log)))
+Registration::Registration(std::vector<std::string> registries, std::string url, RepositoryRules repositories,
+                           HttpClient& http, Clock& clock, Logger log)
+    : impl_(std::make_unique<Impl>(std::move(registries), std::move(url), std::move(repositories), http,
+                                   clock, std::move(log)))
 {}
 
 Registration::~Registration() = default;
 
-void Registration::apply(RegistrationParams const& params)
+void Registration::apply(RepositoryRules repositories)
 {
     auto const known = impl_->form();
-    impl_->params.repositories = params.repositories;
+    impl_->repositories = std::move(repositories);
     if (impl_->changed && impl_->form() != known)
         impl_->changed->notify();
 }
@@ -69,7 +74,7 @@ asio::awaitable<result<>> Registration::run()
     impl_->changed.emplace(executor);
     bool running = true;
     while (running) {
-        for (auto const& registry : impl_->params.registries)
+        for (auto const& registry : impl_->registries)
             tasks.spawn(impl_->register_at(registry));
         // A registry keeps what it was told last. Once the repositories have changed (`apply`), attempts that
         // still go on would tell it what was before.

@@ -75,11 +75,11 @@ public:
 
 using Headers = std::vector<std::pair<std::string_view, std::string_view>>;
 
-void let_in(AccessParams params, IncomingRequest const& request, int times)
+void let_in(AccessConfig config, IncomingRequest const& request, int times)
 {
     Door door;
     testing::World world;
-    AccessControl access(std::move(params), door, world.clock, Logger());
+    AccessControl access(std::move(config), GuardedServer(), door, world.clock, Logger());
     for (int i = 0; i < times; ++i) {
         auto const answer = access.respond(request);
         auto const* const response = std::get_if<HttpResponse>(&answer);
@@ -98,15 +98,15 @@ void let_request_in(int times)
     request.client = "127.0.0.1";
     Headers const headers{{"Host", "localhost:1999"}, {"User-Agent", "Mozilla/5.0"}, {"Accept", "*/*"}};
     request.headers = headers;
-    let_in(AccessParams(), request, times);
+    let_in(AccessConfig(), request, times);
 }
 
 /// Where the origin of the page is looked at as well.
 void let_page_in(int times)
 {
-    AccessParams params;
-    params.host_names = {"pc7", "pc7.example.org"};
-    params.allowed_origins = {"https://*.example.org", "https://webots.cloud"};
+    AccessConfig config;
+    config.host_names = {"pc7", "pc7.example.org"};
+    config.allowed_origins = {"https://*.example.org", "https://webots.cloud"};
     IncomingRequest request;
     request.method = "GET";
     request.path = "/client";
@@ -115,7 +115,7 @@ void let_page_in(int times)
     Headers const headers{
         {"Host", "pc7.example.org:2000"}, {"Origin", "https://webots.cloud"}, {"Upgrade", "websocket"}};
     request.headers = headers;
-    let_in(std::move(params), request, times);
+    let_in(std::move(config), request, times);
 }
 
 /// From the bytes of GET /session to those of its answer, on a site that is everybody's.
@@ -125,14 +125,12 @@ void session(int times)
     testing::ScriptedHttp http(world.clock);
     LoadMonitor monitor(http, world.clock);
     auto scheduler = fleet(10);
-    SessionServiceParams params;
-    params.config.session_burst = 100'000;
-    params.config.session_rate = 10;
+    SessionConfig config;
+    config.service.session_burst = 100'000;
+    config.service.session_rate = 10;
     Fleet machines;
-    SessionService service(params, machines, monitor, scheduler, world.clock, Logger());
-    AccessParams site;
-    site.server = "example.org";
-    AccessControl access(std::move(site), service, world.clock, Logger());
+    SessionService service(config, machines, monitor, scheduler, world.clock, Logger());
+    AccessControl access(AccessConfig(), GuardedServer("example.org"), service, world.clock, Logger());
     adapters::HttpRequestReader reader;
     std::string const request =
         "GET /session?url=https://github.com/o/r/blob/main/worlds/a.wbt HTTP/1.1\r\nHost: example.org\r\n"

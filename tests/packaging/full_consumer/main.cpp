@@ -48,10 +48,9 @@ int main()
     params.network.listen_address = "127.0.0.1";
     auto const http = make_http_client(context.get_executor());
     auto const server = make_http_server(context.get_executor(), params, {});
-    GitSourceParams cached;
-    cached.cache = std::filesystem::temp_directory_path() / "webots_cloud_full_consumer";
+    GitFolders folders(std::filesystem::temp_directory_path() / "webots_cloud_full_consumer");
     auto const git =
-        make_git_source(context.get_executor(), cached, {}); // linked, though not asked for anything
+        make_git_source(context.get_executor(), {}, {}, folders, {}); // linked, though not asked for anything
     if (!server->listen())
         return 1;
 

@@ -53,8 +53,9 @@ bool is_secret(std::string_view token)
 
 struct Fixture
 {
-    explicit Fixture(AccessParams params = AccessParams(), OperatorTokenCheck check = is_secret)
-        : access(std::move(params), site, world.clock, log.logger(), std::move(check))
+    explicit Fixture(GuardedServer server = GuardedServer(), AccessConfig config = AccessConfig(),
+                     OperatorTokenCheck check = is_secret)
+        : access(std::move(config), std::move(server), site, world.clock, log.logger(), std::move(check))
     {}
 
     Answer ask(std::string_view path, Headers const& headers, bool upgrade = false)
@@ -86,20 +87,18 @@ struct Fixture
     AccessControl access;
 };
 
-AccessParams server(std::string name)
+GuardedServer server(std::string name)
 {
-    AccessParams params;
-    params.server = std::move(name);
-    return params;
+    return GuardedServer(std::move(name));
 }
 
 } // namespace
 
 BOOST_AUTO_TEST_CASE(a_server_of_this_machine_answers_to_its_own_names_only)
 {
-    auto params = server("localhost");
-    params.host_names = {"teacher-pc"};
-    Fixture fixture(params);
+    AccessConfig config;
+    config.host_names = {"teacher-pc"};
+    Fixture fixture(server("localhost"), config);
     for (auto const host : {"localhost:1999", "127.0.0.1:1999", "teacher-pc:1999"})
         BOOST_TEST(fixture.get("/load", {{"Host", host}}).status == 200, host);
     for (auto const path : {"/load", "/session", "/viewer/", "/metrics", "/"})
@@ -126,7 +125,7 @@ BOOST_AUTO_TEST_CASE(a_site_reaches_as_far_as_its_machines_when_nobody_named_it)
     fleet.put(ServerSpec("sim1.example.org/2000"));
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
     BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 101);
-    fixture.access.apply(server("localhost"), is_secret);
+    fixture.access.apply(AccessConfig(), server("localhost"), is_secret);
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200, "a reload");
     fleet.remove("sim1.example.org/2000");
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
@@ -222,9 +221,9 @@ BOOST_AUTO_TEST_CASE(bodies_reach_an_endpoint_that_takes_them_unless_they_may_no
 // Webots' own page, opened from disk, shows this sentence; without it, it would try to connect for ever.
 BOOST_AUTO_TEST_CASE(a_page_that_may_open_no_web_socket_is_told_so_when_it_asks_where_to)
 {
-    auto params = server("localhost");
-    params.starts_here = true;
-    Fixture fixture(params);
+    auto relaying = server("localhost");
+    relaying.starts_here = true;
+    Fixture fixture(relaying);
     auto const answer = [&](std::string_view origin) {
         return fixture.get("/session", {{"Host", "localhost:2000"}, {"Origin", origin}});
     };
@@ -264,7 +263,7 @@ BOOST_AUTO_TEST_CASE(operator_requests_need_the_token_and_a_known_host)
 
 BOOST_AUTO_TEST_CASE(without_a_token_nobody_is_an_operator_but_over_the_socket)
 {
-    Fixture fixture(server("localhost"), OperatorTokenCheck());
+    Fixture fixture(server("localhost"), AccessConfig(), OperatorTokenCheck());
     (void)fixture.get("/api/drain", {{"Host", "localhost"}, {"Authorization", "Bearer "}});
     BOOST_TEST(!fixture.site.by_operator);
     IncomingRequest request;
@@ -279,9 +278,9 @@ BOOST_AUTO_TEST_CASE(without_a_token_nobody_is_an_operator_but_over_the_socket)
 // none.
 BOOST_AUTO_TEST_CASE(operator_requests_of_foreign_pages_are_refused)
 {
-    auto params = server("sim.example.org");
-    params.host_names = {"localhost"};
-    Fixture fixture(params);
+    auto guarded = server("sim.example.org");
+    guarded.machine_names = {"localhost"};
+    Fixture fixture(guarded);
     auto const status = [&](std::string_view origin, std::string_view host, bool over_socket) {
         Headers const headers{{"Host", host}, {"Origin", origin}, {"Authorization", "Bearer secret"}};
         IncomingRequest request;
@@ -308,23 +307,23 @@ BOOST_AUTO_TEST_CASE(operator_requests_of_foreign_pages_are_refused)
 
 BOOST_AUTO_TEST_CASE(another_check_holds_from_the_next_request_on)
 {
-    Fixture fixture(server("localhost"), OperatorTokenCheck());
+    Fixture fixture(server("localhost"), AccessConfig(), OperatorTokenCheck());
     Headers const headers{{"Host", "localhost"}, {"Authorization", "Bearer secret"}};
     (void)fixture.get("/api/drain", headers);
     BOOST_TEST(!fixture.site.by_operator);
-    fixture.access.apply(server("localhost"), is_secret);
+    fixture.access.apply(AccessConfig(), server("localhost"), is_secret);
     (void)fixture.get("/api/drain", headers);
     BOOST_TEST(fixture.site.by_operator);
-    fixture.access.apply(server("localhost"), OperatorTokenCheck());
+    fixture.access.apply(AccessConfig(), server("localhost"), OperatorTokenCheck());
     (void)fixture.get("/api/drain", headers);
     BOOST_TEST(!fixture.site.by_operator);
 }
 
 BOOST_AUTO_TEST_CASE(the_monitor_asks_for_its_password_where_there_is_one)
 {
-    auto params = server("sim.example.org");
-    params.monitor_password = "open sesame";
-    Fixture fixture(params);
+    AccessConfig config;
+    config.monitor_password = "open sesame";
+    Fixture fixture(server("sim.example.org"), config);
     auto const right = "Basic " + core::base64("operator:open sesame");
     auto const wrong = "Basic " + core::base64("operator:open sesamE");
     for (auto const path : {"/monitor", "/metrics"}) {
@@ -343,9 +342,9 @@ BOOST_AUTO_TEST_CASE(the_monitor_asks_for_its_password_where_there_is_one)
 
 BOOST_AUTO_TEST_CASE(behind_a_session_server_that_passes_no_password_on_the_monitor_says_what_to_do)
 {
-    auto params = server("sim.example.org");
-    params.monitor_password = "open sesame";
-    Fixture fixture(params);
+    AccessConfig config;
+    config.monitor_password = "open sesame";
+    Fixture fixture(server("sim.example.org"), config);
     auto const refused = fixture.get("/monitor", {{"Webots-Cloud-Untrusted", "1"}});
     BOOST_TEST(refused.status == 403, "by a 401 the browser would forget the session server's password");
     BOOST_TEST(refused.headers.empty(), "a browser would ask for what does not come through");
@@ -354,10 +353,10 @@ BOOST_AUTO_TEST_CASE(behind_a_session_server_that_passes_no_password_on_the_moni
 
 BOOST_AUTO_TEST_CASE(whoever_has_the_key_of_a_monitors_page_needs_neither_origin_nor_password)
 {
-    auto params = server("sim.example.org");
-    params.monitor_password = "open sesame";
-    params.allowed_origins.emplace();
-    Fixture fixture(params);
+    AccessConfig config;
+    config.monitor_password = "open sesame";
+    config.allowed_origins.emplace();
+    Fixture fixture(server("sim.example.org"), config);
     Headers const sandboxed{{"Host", "sim.example.org"}, {"Origin", "null"}};
     for (auto const* path : {"/monitor/key", "/2000/monitor/key", "/machine/abc/monitor/key"})
         BOOST_TEST(fixture.open(path, sandboxed) == 101, path); // the endpoint looks at the key
@@ -368,9 +367,9 @@ BOOST_AUTO_TEST_CASE(whoever_has_the_key_of_a_monitors_page_needs_neither_origin
 
 BOOST_AUTO_TEST_CASE(whoever_guesses_passwords_or_tokens_is_slowed_down)
 {
-    auto params = server("sim.example.org");
-    params.monitor_password = "open sesame";
-    Fixture fixture(params);
+    AccessConfig config;
+    config.monitor_password = "open sesame";
+    Fixture fixture(server("sim.example.org"), config);
     auto const status = [&](std::string_view path, std::string_view client,
                             std::string const& authorization) {
         Headers const headers{{"Host", "sim.example.org"}, {"Authorization", authorization}};
@@ -400,9 +399,9 @@ BOOST_AUTO_TEST_CASE(whoever_guesses_passwords_or_tokens_is_slowed_down)
 
 BOOST_AUTO_TEST_CASE(the_monitor_is_for_the_addresses_that_the_operator_names)
 {
-    auto params = server("sim.example.org");
-    params.monitor_addresses = {"10.0.0.0/8", "::1"};
-    Fixture fixture(params);
+    AccessConfig config;
+    config.monitor_addresses = {"10.0.0.0/8", "::1"};
+    Fixture fixture(server("sim.example.org"), config);
     auto const status = [&](std::string_view client, Headers const& headers = {}) {
         IncomingRequest request;
         request.method = "GET";
@@ -416,8 +415,8 @@ BOOST_AUTO_TEST_CASE(the_monitor_is_for_the_addresses_that_the_operator_names)
     BOOST_TEST(status("::1") == 200);
     BOOST_TEST(status("203.0.113.7") == 403);
     BOOST_TEST(status("") == 403);
-    params.monitor_password = "open sesame";
-    fixture.access.apply(params, is_secret);
+    config.monitor_password = "open sesame";
+    fixture.access.apply(config, server("sim.example.org"), is_secret);
     auto const right = "Basic " + core::base64("operator:open sesame");
     BOOST_TEST(status("10.1.2.3") == 200);
     BOOST_TEST(status("203.0.113.7") == 401);
@@ -434,9 +433,9 @@ BOOST_AUTO_TEST_CASE(pages_say_who_may_frame_them_and_nothing_is_guessed)
     BOOST_TEST(fixture.get("/viewer/", here).fixed_headers == expected);
     BOOST_TEST(fixture.get("/monitor", here).fixed_headers == expected);
     BOOST_TEST(fixture.get("/class/K7M2Q", here).fixed_headers == expected);
-    auto params = server("sim.example.org");
-    params.frame_ancestors = {"https://course.example.edu"};
-    fixture.access.apply(params, is_secret);
+    AccessConfig config;
+    config.frame_ancestors = {"https://course.example.edu"};
+    fixture.access.apply(config, server("sim.example.org"), is_secret);
     BOOST_TEST(fixture.get("/viewer/").fixed_headers ==
                "X-Content-Type-Options: nosniff\r\n"
                "Content-Security-Policy: frame-ancestors 'self' https://course.example.edu\r\n");
@@ -448,9 +447,9 @@ BOOST_AUTO_TEST_CASE(pages_say_who_may_frame_them_and_nothing_is_guessed)
 
 BOOST_AUTO_TEST_CASE(people_see_a_refusal_in_a_page_of_ours_and_programs_the_sentence_alone)
 {
-    AccessParams params;
-    params.monitor_addresses = {"192.0.2.1"};
-    Fixture fixture(std::move(params));
+    AccessConfig config;
+    config.monitor_addresses = {"192.0.2.1"};
+    Fixture fixture(server("localhost"), std::move(config));
     Headers const page{{"Host", "localhost:1999"}, {"Accept", "text/html,*/*"}};
     auto const refused = fixture.get("/monitor", page);
     BOOST_TEST(refused.status == 403);
@@ -468,9 +467,9 @@ BOOST_AUTO_TEST_CASE(people_see_a_refusal_in_a_page_of_ours_and_programs_the_sen
 
 BOOST_AUTO_TEST_CASE(a_refusal_is_in_the_language_that_the_browser_asks_for)
 {
-    AccessParams params;
-    params.monitor_addresses = {"192.0.2.1"};
-    Fixture fixture(std::move(params));
+    AccessConfig config;
+    config.monitor_addresses = {"192.0.2.1"};
+    Fixture fixture(server("localhost"), std::move(config));
     auto const refused = [&](std::string_view language) {
         return fixture.get(
             "/monitor",

@@ -54,13 +54,13 @@ struct Fixture
 {
     explicit Fixture(Duration timeout = 1min)
     {
-        SmtpParams params;
-        params.mail.server = "127.0.0.1";
-        params.mail.server_port = acceptor.local_endpoint().port();
-        params.mail.sender = "from@a.org";
-        params.mail.administrator = "to@b.org";
-        params.timeout = timeout;
-        notifier = make_smtp_notifier(std::move(params)).value();
+        MailConfig mail;
+        mail.server = "127.0.0.1";
+        mail.server_port = acceptor.local_endpoint().port();
+        mail.sender = "from@a.org";
+        mail.administrator = "to@b.org";
+        mail.timeout = timeout;
+        notifier = make_smtp_notifier(std::move(mail)).value();
     }
 
     void begin(std::string text = "Text\n")
@@ -217,14 +217,14 @@ BOOST_AUTO_TEST_CASE(a_greeting_that_refuses_is_quoted)
 
 BOOST_AUTO_TEST_CASE(parameters_that_could_forge_a_mail_are_refused)
 {
-    SmtpParams good;
-    good.mail.server = "localhost";
-    good.mail.sender = "from@a.org";
-    good.mail.administrator = "to@b.org";
+    MailConfig good;
+    good.server = "localhost";
+    good.sender = "from@a.org";
+    good.administrator = "to@b.org";
     BOOST_TEST(make_smtp_notifier(good).has_value());
     for (auto const member : {&MailConfig::server, &MailConfig::sender, &MailConfig::administrator}) {
         auto bad = good;
-        bad.mail.*member = "a@b.org\r\nRCPT TO:<c@d.org>";
+        bad.*member = "a@b.org\r\nRCPT TO:<c@d.org>";
         BOOST_TEST((make_smtp_notifier(bad).error() == errc::invalid_argument));
     }
 }

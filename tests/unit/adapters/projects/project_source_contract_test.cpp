@@ -69,9 +69,9 @@ struct Website
 
     std::unique_ptr<ProjectSource> make(asio::any_io_executor, fs::path const& projects)
     {
-        WebsiteSourceParams params;
-        params.config.projects = projects;
-        return make_website_source(std::move(params), Logger());
+        WebsiteSourceConfig config;
+        config.projects = projects;
+        return make_website_source(std::move(config), HttpClientConfig(), Logger());
     }
 
     void ask(FetchOrder& order, std::string const& project, std::string const& world) const
@@ -91,9 +91,9 @@ struct Git
     std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
     {
         server.emplace(projects / project);
-        GitSourceParams params;
-        params.cache = projects.parent_path() / "cache";
-        return make_git_source(std::move(executor), std::move(params), Logger());
+        GitFolders folders(projects.parent_path() / "cache");
+        return make_git_source(std::move(executor), GitSourceConfig(), HttpClientConfig(), std::move(folders),
+                               Logger());
     }
 
     void ask(FetchOrder& order, std::string const& repository, std::string const& world) const

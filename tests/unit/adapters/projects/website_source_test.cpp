@@ -69,8 +69,8 @@ struct WebsiteSourceFixture
         std::ofstream(folder / "projects" / "robots" / "worlds" / "a.wbt") << "#VRML_SIM R2021b utf8\n";
         fs::create_directory(folder / "keys");
         std::ofstream(folder / "keys" / "127.0.0.1") << "secret\n";
-        params.config.projects = folder / "projects";
-        params.config.keys = folder / "keys";
+        config.projects = folder / "projects";
+        config.keys = folder / "keys";
         order.website.emplace();
         order.website->project = "robots";
         order.website->world = "a.wbt";
@@ -83,7 +83,7 @@ struct WebsiteSourceFixture
     Failure failure_of(EndlessWebsite const& website)
     {
         order.website->origin = website.origin();
-        auto const source = make_website_source(params, Logger());
+        auto const source = make_website_source(config, HttpClientConfig(), Logger());
         std::optional<result<FetchedProject>> fetched;
         asio::co_spawn(context, source->fetch(order),
                        [&](std::exception_ptr failed, result<FetchedProject> outcome) {
@@ -97,7 +97,7 @@ struct WebsiteSourceFixture
 
     asio::io_context context{1};
     fs::path folder;
-    WebsiteSourceParams params;
+    WebsiteSourceConfig config;
     FetchOrder order;
 };
 
@@ -127,7 +127,7 @@ BOOST_AUTO_TEST_CASE(a_silent_website_holds_up_nobody_who_wants_something_else)
     order.limits.timeout = std::chrono::seconds(1);
     auto visitor = order;
     visitor.website->user1_id.clear();
-    auto const source = make_website_source(params, Logger());
+    auto const source = make_website_source(config, HttpClientConfig(), Logger());
     std::vector<bool> arrived;
     auto const keep = [&](std::exception_ptr, result<FetchedProject> outcome) {
         arrived.push_back(outcome.has_value());

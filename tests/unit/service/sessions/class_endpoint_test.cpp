@@ -26,12 +26,12 @@ namespace {
 
 constexpr std::string_view world_url = "https://e.org/o/r/blob/main/worlds/a.wbt";
 
-SessionServiceParams params_with_password()
+SessionConfig config_with_password()
 {
-    SessionServiceParams params;
-    params.address.ssl = false;
-    params.config.teacher_password = "secret";
-    return params;
+    SessionConfig config;
+    config.address.ssl = false;
+    config.service.teacher_password = "secret";
+    return config;
 }
 
 SessionServiceHooks hooks_with_random()
@@ -53,10 +53,10 @@ constexpr std::string_view old_machine =
 /// A session server with one machine of ours that has five places, and one of others.
 struct Fixture
 {
-    explicit Fixture(SessionServiceParams params = params_with_password(),
+    explicit Fixture(SessionConfig config = config_with_password(),
                      SessionServiceHooks hooks = hooks_with_random(), std::string_view report = old_machine)
         : ours(report), http(world.clock), monitor(http, world.clock),
-          service(std::move(params), fleet, monitor, scheduler, world.clock, log.logger(),
+          service(std::move(config), fleet, monitor, scheduler, world.clock, log.logger(),
                   with_sockets(std::move(hooks))),
           tasks(world.executor())
     {
@@ -218,9 +218,9 @@ BOOST_AUTO_TEST_CASE(nothing_is_fetched_on_a_machine_that_drains)
 // Of the name `*` each browser has its own.
 BOOST_AUTO_TEST_CASE(a_student_does_not_choose_the_host_that_the_teachers_page_connects_to)
 {
-    auto params = params_with_password();
-    params.config.gateway = true;
-    Fixture fixture(params);
+    auto config = config_with_password();
+    config.service.gateway = true;
+    Fixture fixture(config);
     ServerSpec machine("*/2000");
     machine.internal_address = "a:2000";
     fixture.fleet.set({machine});
@@ -350,9 +350,9 @@ BOOST_AUTO_TEST_CASE(another_password_counts_for_new_classes)
 {
     Fixture fixture;
     (void)fixture.open_class(5);
-    auto params = params_with_password();
-    params.config.teacher_password = "another";
-    fixture.service.apply(params);
+    auto config = config_with_password();
+    config.service.teacher_password = "another";
+    fixture.service.apply(config);
     auto& late = fixture.connect();
     auto const open =
         concat(R"({"teach":{"password":"secret","world":")", world_url, R"(","mode":"mjpeg","seats":1}})");
@@ -361,8 +361,8 @@ BOOST_AUTO_TEST_CASE(another_password_counts_for_new_classes)
     auto& again = fixture.connect();
     fixture.say(again, concat(R"({"teach":{"key":")", fixture.key, "\"}}"));
     BOOST_TEST(again.was_told(R"({"class":{)"));
-    params.config.teacher_password = "";
-    fixture.service.apply(params);
+    config.service.teacher_password = "";
+    fixture.service.apply(config);
     fixture.say(late, open);
     BOOST_TEST(late.sent.back().starts_with(R"({"error":"off")"));
     BOOST_TEST(fixture.has_figure("webots_classes 1"));
@@ -370,7 +370,7 @@ BOOST_AUTO_TEST_CASE(another_password_counts_for_new_classes)
 
 BOOST_AUTO_TEST_CASE(without_random_numbers_there_are_no_classes)
 {
-    Fixture fixture(params_with_password(), SessionServiceHooks());
+    Fixture fixture(config_with_password(), SessionServiceHooks());
     auto& teacher = fixture.connect();
     fixture.say(teacher, concat(R"({"teach":{"password":"secret","world":")", world_url,
                                 R"(","mode":"mjpeg","seats":1}})"));
@@ -381,9 +381,9 @@ BOOST_AUTO_TEST_CASE(a_teacher_at_localhost_is_told_where_students_find_the_site
 {
     auto hooks = hooks_with_random();
     hooks.shared_addresses = [] { return std::vector<std::string>{"192.168.1.5"}; };
-    auto params = params_with_password();
-    params.address.host = "*";
-    Fixture fixture(params, hooks);
+    auto config = config_with_password();
+    config.address.host = "*";
+    Fixture fixture(config, hooks);
     auto& teacher = fixture.open_class(5);
     constexpr std::string_view open = R"("network":{"addresses":["192.168.1.5"],"open":true}}})";
     BOOST_TEST(teacher.sent.front().ends_with(open), teacher.sent.front());
@@ -398,7 +398,7 @@ BOOST_AUTO_TEST_CASE(a_site_for_this_machine_alone_is_told_apart)
 {
     auto hooks = hooks_with_random();
     hooks.shared_addresses = [] { return std::vector<std::string>{"192.168.1.5"}; };
-    Fixture fixture(params_with_password(), hooks);
+    Fixture fixture(config_with_password(), hooks);
     auto const& told = fixture.open_class(5).sent.front();
     BOOST_TEST(told.ends_with(R"("open":false}}})"), told);
 }
@@ -436,7 +436,7 @@ BOOST_AUTO_TEST_CASE(the_log_knows_who_guesses_and_nothing_of_a_class)
 // Protocol section 13.20.
 BOOST_AUTO_TEST_CASE(machines_have_simulations_ready_for_the_seats_of_a_class)
 {
-    Fixture fixture(params_with_password(), hooks_with_random(), staging_machine);
+    Fixture fixture(config_with_password(), hooks_with_random(), staging_machine);
     fixture.sockets.expect(machine_url).accept();
     auto& teacher = fixture.open_class(3);
     fixture.world.advance(1s);
@@ -471,7 +471,7 @@ BOOST_AUTO_TEST_CASE(machines_have_simulations_ready_for_the_seats_of_a_class)
 
 BOOST_AUTO_TEST_CASE(a_machine_that_does_not_answer_as_it_should_is_asked_again_later)
 {
-    Fixture fixture(params_with_password(), hooks_with_random(), staging_machine);
+    Fixture fixture(config_with_password(), hooks_with_random(), staging_machine);
     fixture.sockets.expect(machine_url).fail(Failure(errc::unreachable, "no")).always();
     auto& teacher = fixture.open_class(3);
     fixture.world.advance(9s);
@@ -484,7 +484,7 @@ BOOST_AUTO_TEST_CASE(a_machine_that_does_not_answer_as_it_should_is_asked_again_
 
 BOOST_AUTO_TEST_CASE(a_machine_that_falls_silent_or_says_nonsense_is_left)
 {
-    Fixture fixture(params_with_password(), hooks_with_random(), staging_machine);
+    Fixture fixture(config_with_password(), hooks_with_random(), staging_machine);
     fixture.sockets.expect(machine_url).accept().always();
     (void)fixture.open_class(3);
     fixture.world.advance(1s);

@@ -37,14 +37,14 @@ constexpr std::string_view our_start =
     R"({"start":{"url":"https://e.org/o/r/blob/main/worlds/a.wbt","waiting":true,"reconnect":true,"heartbeat":true}})";
 constexpr std::string_view refused = "loading: Error: Not here.";
 
-SessionServiceParams relaying()
+SessionConfig relaying()
 {
-    SessionServiceParams params;
-    params.address.ssl = false;
-    params.config.relay = true;
-    params.address.host = "localhost";
-    params.config.teacher_password = "secret";
-    return params;
+    SessionConfig config;
+    config.address.ssl = false;
+    config.service.relay = true;
+    config.address.host = "localhost";
+    config.service.teacher_password = "secret";
+    return config;
 }
 
 std::string bytes(std::size_t size, int& next)
@@ -59,10 +59,10 @@ std::string bytes(std::size_t size, int& next)
 /// that ask for them.
 struct Fixture
 {
-    explicit Fixture(SessionServiceParams params = relaying(),
+    explicit Fixture(SessionConfig config = relaying(),
                      std::vector<std::string> machines = {"a:2000", "b:2000"})
         : http(world.clock), sockets(world.clock), monitor(http, world.clock),
-          service(std::move(params), fleet, monitor, scheduler, world.clock, log.logger(), hooks()),
+          service(std::move(config), fleet, monitor, scheduler, world.clock, log.logger(), hooks()),
           tasks(world.executor()), conversations(world.executor())
     {
         std::vector<ServerSpec> servers;
@@ -237,9 +237,9 @@ BOOST_AUTO_TEST_CASE(browsers_are_sent_to_the_session_server_itself_and_take_no_
 
 BOOST_AUTO_TEST_CASE(without_relay_there_is_no_client_here)
 {
-    auto params = relaying();
-    params.config.relay = false;
-    Fixture fixture(params);
+    auto config = relaying();
+    config.service.relay = false;
+    Fixture fixture(config);
     IncomingRequest request;
     request.method = "GET";
     request.path = "/client";
@@ -417,9 +417,9 @@ BOOST_AUTO_TEST_CASE(a_new_place_is_told_at_once_but_not_more_than_once_a_second
 // They are told in parts of 500, and the line may change in between.
 BOOST_AUTO_TEST_CASE(in_a_long_line_everybody_knows_their_place)
 {
-    auto params = relaying();
-    params.config.waiting_room = 1100;
-    Fixture fixture(params);
+    auto config = relaying();
+    config.service.waiting_room = 1100;
+    Fixture fixture(config);
     std::map<std::string, testing::LoopbackChannel*> by_place;
     for (int i = 0; i < 1100; ++i)
         fixture.start(todays_start,
@@ -495,9 +495,9 @@ BOOST_AUTO_TEST_CASE(a_machine_that_refuses_is_not_noticed)
 
 BOOST_AUTO_TEST_CASE(where_all_refuse_the_last_sentence_is_told)
 {
-    auto params = relaying();
-    params.config.waiting_room = 0;
-    Fixture fixture(params);
+    auto config = relaying();
+    config.service.waiting_room = 0;
+    Fixture fixture(config);
     fixture.has_room("a:2000", 5);
     fixture.has_room("b:2000", 5);
     auto& browser = fixture.start();
@@ -1077,9 +1077,9 @@ BOOST_AUTO_TEST_CASE(no_token_leads_to_another_host)
 
 BOOST_AUTO_TEST_CASE(who_returns_before_the_machine_is_found_is_told_to_come_again)
 {
-    auto params = relaying();
-    params.finds_machines = true;
-    Fixture fixture(params, {});
+    auto config = relaying();
+    config.announcements = true;
+    Fixture fixture(config, {});
     auto const returns = R"({"reconnect":"abc@a:2000"})";
     auto& early = fixture.start(returns);
     BOOST_TEST(early.sent.empty());
@@ -1114,9 +1114,9 @@ BOOST_AUTO_TEST_CASE(a_server_that_stops_asks_all_to_come_back)
 
 BOOST_AUTO_TEST_CASE(pages_that_ask_for_reasons_get_them_before_the_sentence)
 {
-    auto params = relaying();
-    params.config.waiting_room = 0;
-    Fixture fixture(params);
+    auto config = relaying();
+    config.service.waiting_room = 0;
+    Fixture fixture(config);
     auto& none =
         fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt","reasons":true}})");
     BOOST_TEST(none.sent == (std::vector<std::string>{
@@ -1131,9 +1131,9 @@ BOOST_AUTO_TEST_CASE(pages_that_ask_for_reasons_get_them_before_the_sentence)
 
 BOOST_AUTO_TEST_CASE(a_room_that_is_full_refuses_as_ever)
 {
-    auto params = relaying();
-    params.config.waiting_room = 1;
-    Fixture fixture(params);
+    auto config = relaying();
+    config.service.waiting_room = 1;
+    Fixture fixture(config);
     fixture.has_room("a:2000", 0);
     fixture.start(todays_start, "192.0.2.1");
     BOOST_TEST(fixture.answer("/session") == "Error: no simulation server available at the moment.");
@@ -1145,10 +1145,10 @@ BOOST_AUTO_TEST_CASE(a_room_that_is_full_refuses_as_ever)
 
 BOOST_AUTO_TEST_CASE(whoever_asks_too_often_is_refused)
 {
-    auto params = relaying();
-    params.config.session_burst = 2;
-    params.config.session_rate = 0.1;
-    Fixture fixture(params);
+    auto config = relaying();
+    config.service.session_burst = 2;
+    config.service.session_rate = 0.1;
+    Fixture fixture(config);
     fixture.has_room("a:2000", 9);
     fixture.start();
     fixture.start();

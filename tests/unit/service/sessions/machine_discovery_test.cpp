@@ -68,19 +68,16 @@ struct DiscoveryFixture
 {
     explicit DiscoveryFixture(std::vector<std::string> const& entries, std::size_t max_announced = 10'000,
                               bool loopback = false)
-        : discovery(params_of(entries, max_announced, loopback), names, world.clock, log.logger(), hooks())
+        : discovery(entries_of(entries), loopback, names, world.clock, log.logger(), hooks(max_announced))
     {}
     ~DiscoveryFixture() { world.run(tasks.end()); }
 
-    static MachineDiscoveryParams params_of(std::vector<std::string> const& entries,
-                                            std::size_t max_announced = 10'000, bool loopback = false)
+    static std::vector<ServerSpec> entries_of(std::vector<std::string> const& addresses)
     {
-        MachineDiscoveryParams params;
-        params.max_announced = max_announced;
-        params.loopback = loopback;
-        for (auto const& entry : entries)
-            params.entries.emplace_back(entry);
-        return params;
+        std::vector<ServerSpec> entries;
+        for (auto const& address : addresses)
+            entries.emplace_back(address);
+        return entries;
     }
 
     void start()
@@ -89,9 +86,10 @@ struct DiscoveryFixture
         tasks.spawn(run(discovery));
     }
 
-    MachineDiscoveryHooks hooks()
+    MachineDiscoveryHooks hooks(std::size_t max_announced)
     {
         MachineDiscoveryHooks made;
+        made.max_announced = max_announced;
         made.changed = [this](std::vector<ServerChange> const& several) {
             ++changes;
             for (auto const& change : several)
@@ -203,9 +201,9 @@ BOOST_AUTO_TEST_CASE(a_reload_keeps_what_is_known_of_names_that_stay)
     fixture.start();
     fixture.announce("b:1");
     fixture.world.advance(2s);
-    auto params = fixture.params_of({"a:1", "dns:sim.test:2000"});
-    params.entries.back().drain = true;
-    fixture.discovery.apply(params);
+    auto entries = fixture.entries_of({"a:1", "dns:sim.test:2000"});
+    entries.back().drain = true;
+    fixture.discovery.apply(entries, false);
     BOOST_TEST(fixture.text_of(fixture.discovery.servers()) == "a:1 10.0.0.2:2000- b:1");
     fixture.world.advance(20s);
     BOOST_TEST(fixture.names.lookups["sim.test"] == 1);
@@ -324,7 +322,7 @@ BOOST_AUTO_TEST_CASE(a_reload_in_the_middle_takes_the_rest_over_at_once)
     fixture.start();
     fixture.world.advance(0s);
     BOOST_TEST(fixture.known.size() == 10u);
-    fixture.discovery.apply(fixture.params_of({"a:1"}));
+    fixture.discovery.apply(fixture.entries_of({"a:1"}), false);
     BOOST_TEST(fixture.discovery.servers().size() == 16u);
     fixture.world.advance(2s);
     BOOST_TEST(fixture.changes == 1);
@@ -333,11 +331,11 @@ BOOST_AUTO_TEST_CASE(a_reload_in_the_middle_takes_the_rest_over_at_once)
 BOOST_AUTO_TEST_CASE(machines_are_reached_inside_where_their_entries_say_so)
 {
     DiscoveryFixture fixture({});
-    auto params = fixture.params_of({"dns:sim.test:2000", "announced"});
-    params.entries[0].internal_address = "https";
-    params.entries[1].internal_address = "http";
-    params.entries[1].labels = {"gpu"};
-    fixture.discovery.apply(params);
+    auto entries = fixture.entries_of({"dns:sim.test:2000", "announced"});
+    entries[0].internal_address = "https";
+    entries[1].internal_address = "http";
+    entries[1].labels = {"gpu"};
+    fixture.discovery.apply(entries, false);
     fixture.names.answers.emplace("sim.test", answer_of({"10.0.0.2"}));
     fixture.start();
     BOOST_TEST(fixture.announce("10.0.0.7:3000") == 200);
@@ -354,7 +352,7 @@ BOOST_AUTO_TEST_CASE(machines_are_reached_inside_where_their_entries_say_so)
     BOOST_TEST(servers[1].internal_address == "10.0.0.7:3000");
     BOOST_TEST(servers[1].labels.front() == "gpu");
     BOOST_TEST(servers[1].found_by == "announced");
-    fixture.discovery.apply(fixture.params_of({"announced"})); // browsers reach them themselves
+    fixture.discovery.apply(fixture.entries_of({"announced"}), false); // browsers reach them themselves
     BOOST_TEST(fixture.text_of(fixture.discovery.servers()) == "10.0.0.7:3000");
     BOOST_TEST(!fixture.discovery.servers().front().has_own_path);
 }
@@ -388,10 +386,8 @@ BOOST_AUTO_TEST_CASE(a_machine_announces_itself_every_ten_seconds_and_says_goodb
     http.expect("POST " + url + at(20s) + "&to=before").reply(421, core::receiver_answer("this-run"));
     http.expect("POST " + url + at(20s + 1ms) + "&to=this-run").reply(200, "known");
     http.expect("POST " + url + at(21s) + "&to=this-run&goodbye").reply(200, "known");
-    AnnouncingParams params;
-    params.session_servers = {"http://session:1999"};
-    params.address = "sim:2000";
-    Announcing announcing(params, http, fixture.world.clock, fixture.log.logger(), no_mac);
+    Announcing announcing({"http://session:1999"}, "sim:2000", http, fixture.world.clock,
+                          fixture.log.logger(), no_mac);
     async::TaskGroup tasks(fixture.world.executor());
     tasks.spawn(run(announcing));
     fixture.world.advance(5s);

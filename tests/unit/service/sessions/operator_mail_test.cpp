@@ -24,19 +24,19 @@ asio::awaitable<void> run(OperatorMail& mail, result<>& outcome)
     outcome = co_await mail.run();
 }
 
-OperatorMailParams params()
+PublicAddress server()
 {
-    OperatorMailParams params;
-    params.administrator = "admin@b.org";
-    params.address.host = "h.org";
-    params.address.port = 1999;
-    return params;
+    PublicAddress address;
+    address.host = "h.org";
+    address.port = 1999;
+    return address;
 }
 
 struct Fixture
 {
     Fixture()
-        : notifier(world.clock), mail(params(), notifier, world.clock, log.logger()), tasks(world.executor())
+        : notifier(world.clock), mail("admin@b.org", server(), notifier, world.clock, log.logger()),
+          tasks(world.executor())
     {}
 
     ~Fixture()
@@ -332,10 +332,9 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_for_what_waits_and_it_is_tried_at_once)
     fixture.world.advance(30min);
     auto const attempts = fixture.notifier.attempts.size();
     fixture.notifier.failure = Failure(errc::unreachable, "still none");
-    auto next = params();
-    next.administrator = "other@b.org";
-    next.address.port_rewrite = false;
-    fixture.mail.apply(next);
+    auto next = server();
+    next.port_rewrite = false;
+    fixture.mail.apply("other@b.org", next);
     fixture.world.settle();
     BOOST_TEST(fixture.notifier.attempts.size() == attempts + 1);
     BOOST_TEST(fixture.log.lines.back() == "Error: unable to send email to other@b.org: still none");
@@ -352,7 +351,7 @@ BOOST_AUTO_TEST_CASE(without_an_administrator_what_waits_goes_to_the_log_and_not
     fixture.notifier.failure = Failure(errc::unreachable);
     fixture.start();
     fixture.note(LoadTransition::not_responding);
-    fixture.mail.apply(OperatorMailParams());
+    fixture.mail.apply("", server());
     BOOST_TEST(fixture.log.lines.back().starts_with(
         "Email to admin@b.org not sent (no recipient is configured any more): "));
     fixture.notifier.failure.reset();

@@ -27,11 +27,11 @@ namespace {
 
 struct Fixture
 {
-    explicit Fixture(SessionServiceParams params = SessionServiceParams(),
+    explicit Fixture(SessionConfig config = SessionConfig(),
                      SessionServiceHooks hooks = SessionServiceHooks(),
                      std::function<std::string(std::string_view)> machine_mac = {})
-        : http(world.clock), fleet(std::move(machine_mac)), monitor(http, world.clock), initial(params),
-          service(std::move(params), fleet, monitor, scheduler, world.clock, log.logger(), std::move(hooks)),
+        : http(world.clock), fleet(std::move(machine_mac)), monitor(http, world.clock), initial(config),
+          service(std::move(config), fleet, monitor, scheduler, world.clock, log.logger(), std::move(hooks)),
           tasks(world.executor())
     {}
 
@@ -104,22 +104,21 @@ struct Fixture
     Fleet fleet;
     LoadMonitor monitor;
     Scheduler scheduler;
-    SessionServiceParams initial;
+    SessionConfig initial;
     SessionService service;
     async::TaskGroup tasks;
 };
 
-SessionServiceParams with_gateway(SessionServiceParams params)
+SessionConfig with_gateway(SessionConfig config)
 {
-    params.config.gateway = true;
-    return params;
+    config.service.gateway = true;
+    return config;
 }
 
 /// A session server with a gateway, and one machine behind it.
 struct GatewayFixture : Fixture
 {
-    explicit GatewayFixture(SessionServiceParams params = SessionServiceParams())
-        : Fixture(with_gateway(std::move(params)))
+    explicit GatewayFixture(SessionConfig config = SessionConfig()) : Fixture(with_gateway(std::move(config)))
     {
         http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
         start({});
@@ -533,9 +532,9 @@ BOOST_AUTO_TEST_CASE(get_on_the_root_tells_availability_too)
 
 BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_viewer_where_there_is_no_gallery)
 {
-    SessionServiceParams params;
-    params.config.worlds.emplace();
-    Fixture fixture(params);
+    SessionConfig config;
+    config.service.worlds.emplace();
+    Fixture fixture(config);
     auto const opened = fixture.get("/", "GET", "text/html,application/xhtml+xml,*/*;q=0.8");
     BOOST_TEST(opened.status == 302);
     BOOST_TEST(header(opened, "Location") == "viewer/");
@@ -545,9 +544,9 @@ BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_viewer_where_there_
 
 BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_gallery_and_scripts_get_a_number)
 {
-    SessionServiceParams params;
-    params.config.viewer_url = "local:/o/r/blob/main/worlds/a.wbt";
-    Fixture fixture(params);
+    SessionConfig config;
+    config.service.viewer_url = "local:/o/r/blob/main/worlds/a.wbt";
+    Fixture fixture(config);
     auto const opened = fixture.get("/", "GET", "text/html,application/xhtml+xml,*/*;q=0.8");
     BOOST_TEST(opened.status == 302);
     BOOST_TEST(header(opened, "Location") == "viewer/worlds/");
@@ -557,8 +556,8 @@ BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_gallery_and_scripts
     BOOST_TEST(text_of(fixture.get("/viewer/worlds/list.json")) ==
                R"({"worlds":[{"url":"local:/o/r/blob/main/worlds/a.wbt","title":"A"}],)"
                R"("site":{"url":"local:/o/r/blob/main/worlds/a.wbt"}})");
-    params.config.worlds.emplace();
-    fixture.service.apply(params);
+    config.service.worlds.emplace();
+    fixture.service.apply(config);
     BOOST_TEST(text_of(fixture.get("/viewer/worlds/list.json")) ==
                R"({"worlds":[],"site":{"url":"local:/o/r/blob/main/worlds/a.wbt"}})");
     BOOST_TEST(header(fixture.get("/", "GET", "text/html"), "Location") == "viewer/");
@@ -581,18 +580,18 @@ struct LaterHttp final : HttpClient
 struct GalleryFixture
 {
     explicit GalleryFixture(SessionServiceHooks others = SessionServiceHooks())
-        : fixture(params(), hooks(std::move(others)))
+        : fixture(plain(), hooks(std::move(others)))
     {
         later.to = &fixture.http;
         fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
         fixture.http.expect("GET http://b:2000/load").reply(200, "10").always();
     }
 
-    static SessionServiceParams params()
+    static SessionConfig plain()
     {
-        SessionServiceParams params;
-        params.address.ssl = false;
-        return params;
+        SessionConfig config;
+        config.address.ssl = false;
+        return config;
     }
 
     SessionServiceHooks hooks(SessionServiceHooks hooks)
@@ -799,12 +798,12 @@ BOOST_AUTO_TEST_CASE(session_over_a_websocket_is_one_frame_and_a_normal_close)
     BOOST_TEST(browser.close_code.value() == 1000);
 }
 
-SessionServiceParams with_budget(std::size_t burst, double rate)
+SessionConfig with_budget(std::size_t burst, double rate)
 {
-    SessionServiceParams params;
-    params.config.session_burst = burst;
-    params.config.session_rate = rate;
-    return params;
+    SessionConfig config;
+    config.service.session_burst = burst;
+    config.service.session_rate = rate;
+    return config;
 }
 
 // Protocol 2.1: status 200 in every case, and a text that starts with "Error:" is shown.
@@ -900,7 +899,7 @@ BOOST_AUTO_TEST_CASE(an_operator_who_hears_of_changes_is_told_instead_of_the_log
         told.push_back(event.transition);
         return true;
     };
-    Fixture fixture(SessionServiceParams(), std::move(hooks));
+    Fixture fixture(SessionConfig(), std::move(hooks));
     fixture.http.expect("GET http://a:2000/load").reply(200, "99.5");
     fixture.http.expect("GET http://a:2000/load").reply(200, "7");
     fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
@@ -925,15 +924,13 @@ BOOST_AUTO_TEST_CASE(a_mail_server_that_is_down_does_not_keep_a_dead_server_avai
     testing::RecordingLog log;
     testing::RecordingNotifier notifier(world.clock);
     notifier.failure = Failure(errc::unreachable, "no mail server");
-    OperatorMailParams mail_params;
-    mail_params.administrator = "admin@b.org";
-    OperatorMail mail(mail_params, notifier, world.clock, log.logger());
+    OperatorMail mail("admin@b.org", PublicAddress(), notifier, world.clock, log.logger());
     async::TaskGroup tasks(world.executor());
     tasks.spawn(run(mail));
     {
         SessionServiceHooks hooks;
         hooks.tell_operator = [&](LoadEvent const& event) { return mail.note(event); };
-        Fixture fixture(SessionServiceParams(), std::move(hooks));
+        Fixture fixture(SessionConfig(), std::move(hooks));
         fixture.http.expect("GET http://a:2000/load").reply(200, "10");
         fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable).always();
         fixture.start({"a:2000"});
@@ -1074,7 +1071,7 @@ BOOST_AUTO_TEST_CASE(figures_of_others_follow_its_own)
 {
     SessionServiceHooks hooks;
     hooks.more_metrics = [] { return std::string("more_figures 1\n"); };
-    Fixture fixture(SessionServiceParams(), std::move(hooks));
+    Fixture fixture(SessionConfig(), std::move(hooks));
     BOOST_TEST(fixture.get("/metrics").body.ends_with("\nmore_figures 1\n"));
 }
 
@@ -1086,16 +1083,16 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
         told.push_back(event.transition);
         return true;
     };
-    Fixture fixture(SessionServiceParams(), std::move(hooks));
+    Fixture fixture(SessionConfig(), std::move(hooks));
     fixture.http.expect("GET http://a:2000/load").reply(200, "10");
     fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable).always();
     fixture.start({"a:2000"});
     testing::LoopbackChannel browser(fixture.world.executor());
     fixture.connect(browser);
-    SessionServiceParams next;
+    SessionConfig next;
     next.address.ssl = false;
-    next.config.decisions_for_all = true;
-    next.config.viewer_url = "https://a.org/w.wbt";
+    next.service.decisions_for_all = true;
+    next.service.viewer_url = "https://a.org/w.wbt";
     LoadMonitorParams polls;
     polls.threshold = 5;
     BOOST_TEST(fixture.monitor.apply(polls).has_value());
@@ -1118,22 +1115,20 @@ BOOST_AUTO_TEST_CASE(an_operator_who_is_named_while_it_runs_hears_of_the_next_ch
     testing::World world;
     testing::RecordingLog log;
     testing::RecordingNotifier notifier(world.clock);
-    OperatorMail mail(OperatorMailParams(), notifier, world.clock, log.logger());
+    OperatorMail mail("", PublicAddress(), notifier, world.clock, log.logger());
     async::TaskGroup tasks(world.executor());
     tasks.spawn(run(mail));
     {
         SessionServiceHooks hooks;
         hooks.tell_operator = [&](LoadEvent const& event) { return mail.note(event); };
-        Fixture fixture(SessionServiceParams(), std::move(hooks));
+        Fixture fixture(SessionConfig(), std::move(hooks));
         fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
         fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
         fixture.start({"a:2000"});
         world.advance(1h);
         BOOST_TEST(notifier.delivered.empty());
         BOOST_TEST(fixture.log.contains("a:2000 simulation server is not responding"));
-        OperatorMailParams params;
-        params.administrator = "admin@b.org";
-        mail.apply(params);
+        mail.apply("admin@b.org", PublicAddress());
         fixture.world.advance(10s);
         world.advance(1h);
         BOOST_TEST_REQUIRE(!notifier.delivered.empty());
@@ -1241,9 +1236,9 @@ BOOST_AUTO_TEST_CASE(the_operator_is_told_that_the_configuration_drains_a_machin
 
 BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so)
 {
-    SessionServiceParams params;
-    params.config.decisions_for_all = true;
-    Fixture fixture(std::move(params));
+    SessionConfig config;
+    config.service.decisions_for_all = true;
+    Fixture fixture(std::move(config));
     BOOST_TEST(fixture.get("/api/decisions").status == 200);
     BOOST_TEST(fixture.get("/api/decisions").body == R"({"decisions":[]})");
 }
@@ -1254,7 +1249,7 @@ BOOST_AUTO_TEST_CASE(a_browser_is_given_a_ticket_for_the_server_that_it_is_sent_
     hooks.make_ticket = [n = 0](std::string_view server) mutable {
         return "ticket" + std::to_string(++n) + "-for-" + std::string(server);
     };
-    Fixture fixture(SessionServiceParams(), hooks);
+    Fixture fixture(SessionConfig(), hooks);
     fixture.http.expect("GET http://a:2000/load").reply(200, "1").always();
     BOOST_TEST(fixture.get("/session").body.starts_with("Error: "), "and no ticket where there is no server");
     fixture.start({"a:2000"});
@@ -1318,18 +1313,18 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
         BOOST_TEST(fixture.get(path).status == 404, path);
     BOOST_TEST(fixture.get("/load").body == "1.0");
 
-    fixture.initial.config.gateway = false; // by a reload
+    fixture.initial.service.gateway = false; // by a reload
     fixture.service.apply(fixture.initial);
     BOOST_TEST(fixture.get("/2000/client").status == 404);
 }
 
 BOOST_AUTO_TEST_CASE(visitors_of_an_unusual_port_are_sent_to_machines_at_that_port)
 {
-    SessionServiceParams params;
-    params.address.host = "sim.example.org";
-    params.address.port = 8443;
-    params.address.port_rewrite = false;
-    GatewayFixture fixture(params);
+    SessionConfig config;
+    config.address.host = "sim.example.org";
+    config.address.port = 8443;
+    config.address.port_rewrite = false;
+    GatewayFixture fixture(config);
     std::array<std::pair<std::string_view, std::string_view>, 1> const host{
         {{"Host", "sim.example.org:8443"}}};
     IncomingRequest request;
@@ -1366,11 +1361,11 @@ struct ProxiedRequest : IncomingRequest
 
 BOOST_AUTO_TEST_CASE(behind_a_proxy_that_has_the_site_below_a_path_everything_is_below_it)
 {
-    SessionServiceParams params;
-    params.address.host = "sim.example.org";
-    params.address.port = 1999;
-    params.address.ssl = false;
-    GatewayFixture fixture(params);
+    SessionConfig config;
+    config.address.host = "sim.example.org";
+    config.address.port = 1999;
+    config.address.ssl = false;
+    GatewayFixture fixture(config);
     auto& server = fixture.machine;
     Fields const said{
         {"Host", "sim.example.org"}, {"X-Forwarded-Prefix", "/webots"}, {"X-Forwarded-Proto", "https"}};
@@ -1401,9 +1396,9 @@ BOOST_AUTO_TEST_CASE(behind_a_proxy_that_has_the_site_below_a_path_everything_is
 
 BOOST_AUTO_TEST_CASE(the_gateway_knows_machines_that_come_and_go_one_by_one)
 {
-    SessionServiceParams params;
-    params.config.gateway = true;
-    Fixture fixture(params);
+    SessionConfig config;
+    config.service.gateway = true;
+    Fixture fixture(config);
     for (auto const* port : {"2000", "3000"})
         fixture.http.expect(std::string("GET http://10.0.0.2:") + port + "/load").reply(200, "1").always();
     fixture.start({});
@@ -1470,12 +1465,12 @@ BOOST_AUTO_TEST_CASE(only_what_is_below_the_gateway_of_a_trusted_machine_keeps_t
 
 BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
 {
-    SessionServiceParams params;
-    params.config.gateway = true;
-    params.address.host = "sim.example.org";
+    SessionConfig config;
+    config.service.gateway = true;
+    config.address.host = "sim.example.org";
     SessionServiceHooks hooks;
     hooks.make_ticket = [](std::string_view server) { return "for-" + std::string(server); };
-    Fixture fixture(params, hooks, [](std::string_view message) {
+    Fixture fixture(config, hooks, [](std::string_view message) {
         return std::string(message.substr(message.size() - 12)) + "...";
     });
     constexpr auto ours =
@@ -1539,8 +1534,8 @@ BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
     BOOST_TEST(status(below + "/client") == 404);
     fixture.fleet.set({server});
     BOOST_TEST(status(below + "/client") == 502, "it has come back to its old path");
-    params.config.gateway = false;
-    fixture.service.apply(params);
+    config.service.gateway = false;
+    fixture.service.apply(config);
     BOOST_TEST(status(below + "/client") == 404);
 }
 
