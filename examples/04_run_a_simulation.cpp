@@ -75,10 +75,10 @@ int main(int argc, char** argv)
     ProjectFetcherParams fetching;
     fetching.instances = fs::temp_directory_path();
     ProjectFetcher fetcher(fetching, {Forge("local:", *projects)}, Logger());
-    SimulationLauncherParams launching;
-    launching.webots = fs::path(argv[1]) / "webots-demo-simulator";
-    launching.first_port = 42001;
-    SimulationLauncher launcher(launching, *processes, *clock, Logger());
+    SimulationLauncherFacts facts;
+    facts.webots = fs::path(argv[1]) / "webots-demo-simulator";
+    facts.first_port = 42001;
+    SimulationLauncher launcher(SimulationLauncherConfig(), facts, *processes, *clock, Logger());
 
     int status = 1;
     auto const report = [&](std::exception_ptr failure, result<> const& outcome) {

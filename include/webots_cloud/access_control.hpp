@@ -46,8 +46,7 @@ using OperatorTokenCheck = std::function<bool(std::string_view token)>;
 /// - Operator requests (below `/api/`) are passed on with `IncomingRequest::is_operator` set when they carry
 ///   the operator's token (`Authorization: Bearer <token>`) and name a known host.
 /// - WebSockets of foreign pages are answered 403, and on a server of this machine requests to foreign names
-///   421. Unless `AccessConfig::allowed_origins` says which, foreign to a public site is no page; to others
-///   all but our own, those of this machine and of https://webots.cloud.
+///   421.
 /// - Pages get the headers that browsers need to protect them.
 /// - Wrong passwords and tokens are answered 429 when there are many, and so are right ones then.
 ///

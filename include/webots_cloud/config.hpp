@@ -12,6 +12,7 @@
 #include <webots_cloud/server_spec.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -27,8 +28,8 @@ struct AccessConfig
     AccessConfig() = default;
 
     std::vector<std::string> host_names; ///< `hostNames`: what this machine is called besides `server`.
-    /// `allowedOrigins`: sites whose pages may open WebSockets, as in `core::is_origin_pattern`. Absent: see
-    /// `AccessControl`.
+    /// `allowedOrigins`: sites whose pages may open WebSockets, as in `core::is_origin_pattern`. Absent: on
+    /// a public site all pages; otherwise our own, those of this machine and of https://webots.cloud.
     std::optional<std::vector<std::string>> allowed_origins;
     /// `frameAncestors`: sites whose pages may show ours in a frame. Absent: those of `allowedOrigins`.
     std::optional<std::vector<std::string>> frame_ancestors;
@@ -175,7 +176,7 @@ struct WebsiteSourceConfig
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
 };
 
-/// The keys that SimulationLauncher obeys.
+/// The keys that SimulationLauncher obeys, and how patient it is with simulators.
 struct SimulationLauncherConfig
 {
     SimulationLauncherConfig() = default;
@@ -201,6 +202,7 @@ struct SimulationLauncherConfig
     std::vector<std::string> simulator_environment;
     std::string multimedia_server; ///< `multimediaServer`: of Janus, for Webots R2021b and older.
     std::string multimedia_stream; ///< `multimediaStream`: where Janus takes the stream, `<host>:<port>`.
+    Duration grace = std::chrono::milliseconds(1500); ///< From SIGTERM to SIGKILL.
 };
 
 /// The keys that DockerMode obeys: how simulations run in containers.
@@ -270,7 +272,7 @@ struct SlurmOverrideConfig
     bool operator==(SlurmOverrideConfig const&) const = default;
 };
 
-/// `launcher.slurm`: simulations are jobs of a Slurm cluster.
+/// `launcher.slurm`: simulations are jobs of a Slurm cluster; and how often that is asked.
 struct SlurmConfig
 {
     SlurmConfig() = default;
@@ -280,6 +282,8 @@ struct SlurmConfig
     /// `copyTo`: a folder of each node, absolute, that projects are copied into. Empty: the nodes see
     /// those of the server.
     std::filesystem::path copy_to;
+    /// How often Slurm is asked for all jobs together, while there are any, and for the nodes.
+    Duration interval = std::chrono::seconds(5);
 
     bool operator==(SlurmConfig const&) const = default;
 };
@@ -309,7 +313,7 @@ struct StagedWorldConfig
     bool operator==(StagedWorldConfig const&) const = default;
 };
 
-/// The keys that SimulationService obeys.
+/// The keys that SimulationService obeys, and how patient it is with browsers.
 struct SimulationServiceConfig
 {
     SimulationServiceConfig() = default;
@@ -362,6 +366,12 @@ struct SimulationServiceConfig
     std::string title;           ///< `title` of the monitor page; empty: a standard one.
     std::string description;     ///< `description` on the monitor page.
     bool reference_load = false; ///< `loadFormula`: `reference`, the one of the Python servers, not `strict`.
+    /// From the opening of a socket to its `start`.
+    Duration handshake_timeout = std::chrono::seconds(30);
+    /// Sockets that have not started anything yet: of one client, and of all; not by `apply`. With one more,
+    /// the oldest is closed. Browsers send `start` within a round trip, so this is far more than they need.
+    std::size_t silent_per_address = 64;
+    std::size_t max_silent = 256;
 };
 
 /// `config/simulation/*.json` (protocol section 8.2).

@@ -25,16 +25,11 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct LaunchSpec;
 
-/// What DockerMode obeys, and what it has been given on this machine.
-struct DockerModeParams
+/// What DockerMode has been given on this machine, found out at the start.
+struct DockerFacts
 {
-    DockerModeParams() = default;
+    DockerFacts() = default;
 
-    DockerConfig config; ///< Its `directory` is absolute.
-    /// That of the launcher, of which containers obey two keys: with `gateway` the ports that Docker opens
-    /// are reached from this machine alone, and docker gets the variables of `simulator_environment`, to
-    /// which compose files can refer.
-    SimulationLauncherConfig launching;
     /// Absolute paths of the programs; empty: not installed.
     std::filesystem::path docker;
     std::filesystem::path docker_compose;
@@ -90,8 +85,11 @@ struct LaunchPlan
 class DockerMode
 {
 public:
-    DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock, Logger log,
-               DockerModeHooks hooks);
+    /// The `directory` of `config` is absolute. Of `launching`, which is that of the launcher, containers
+    /// obey two keys: with `gateway` the ports that Docker opens are reached from this machine alone, and
+    /// docker gets the variables of `simulator_environment`, to which compose files can refer.
+    DockerMode(DockerConfig config, SimulationLauncherConfig launching, DockerFacts facts,
+               ProcessHost& processes, TextFiles& files, Clock& clock, Logger log, DockerModeHooks hooks);
     ~DockerMode();
 
     /// Finds docker and compose, and removes what an earlier run of this server left behind.

@@ -12,7 +12,6 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
@@ -25,18 +24,18 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 class Registration
 {
 public:
-    /// `registries`: URLs that get the POST; none: nothing is done. `url`: our own, as the world reaches it.
-    /// The registries show which repositories are allowed, and the share of idle time.
-    Registration(std::vector<std::string> registries, std::string url, RepositoryRules repositories,
-                 HttpClient& http, Clock& clock, Logger log);
+    /// `config` says which registries get the POST (`notify`), and what these show: which repositories are
+    /// allowed, and the share of idle time. `url`: our own, as the world reaches it.
+    Registration(SimulationServiceConfig const& config, std::string url, HttpClient& http, Clock& clock,
+                 Logger log);
     ~Registration();
 
     /// Ends only when cancelled.
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-    /// Tells the registries of other rules, if what they know differs.
-    void apply(RepositoryRules repositories);
+    /// Takes over its repositories; when they differ from what the registries know, those are told.
+    void apply(SimulationServiceConfig const& config);
 
 private:
     struct Impl;

@@ -38,18 +38,15 @@ struct ControllerCompiler
     std::filesystem::path home; ///< `WEBOTS_HOME`, absolute; simulations can see it.
 };
 
-/// What SimulationLauncher obeys, and what it has been given on this machine.
-struct SimulationLauncherParams
+/// What SimulationLauncher has been given on this machine, found out at the start.
+struct SimulationLauncherFacts
 {
-    SimulationLauncherParams() = default;
+    SimulationLauncherFacts() = default;
 
-    SimulationLauncherConfig config;
     /// Absolute path of Webots, or of a program with the same command line.
     std::filesystem::path webots;
-    /// Simulators listen on `first_port` to `first_port + config.max_simulations - 1`.
+    /// Simulators listen on `first_port` to `first_port + max_simulations - 1`.
     std::uint16_t first_port = 2001;
-    /// From SIGTERM to SIGKILL. Default 1.5 s.
-    Duration grace = std::chrono::milliseconds(1500);
     /// What `DISPLAY` is set to. Default `:0`. Empty: it is not set.
     std::string display = ":0";
     /// Gives each simulator a display of its own, in place of `display`. Not for containers. Default: none.
@@ -63,9 +60,9 @@ struct SimulationLauncherParams
     ControllerCompiler compiler;
     /// How simulators are confined. Default: not at all. With containers Docker does it.
     SandboxParams sandbox;
-    /// With `config.gateway`: an absolute folder that only we may enter, of at most 100 bytes. Simulators
-    /// with a network of their own are reached through sockets in there, and no port of the machine is opened
-    /// for them. Empty: there is one for each, on all addresses.
+    /// With `SimulationLauncherConfig::gateway`: an absolute folder that only we may enter, of at most 100
+    /// bytes. Simulators with a network of their own are reached through sockets in there, and no port of the
+    /// machine is opened for them. Empty: there is one for each, on all addresses.
     std::filesystem::path brokers;
     /// Of each simulation. A simulation that exceeds one is ended by the SimulationService. Default: none.
     /// With containers Docker keeps them.
@@ -255,8 +252,8 @@ class SimulationLauncher
 public:
     /// `docker`: an open one, to run simulations in containers. `slurm`: an open one, to run them as jobs.
     /// Null: they are processes of this machine.
-    SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log,
-                       DockerMode* docker = nullptr, SlurmMode* slurm = nullptr);
+    SimulationLauncher(SimulationLauncherConfig config, SimulationLauncherFacts facts, ProcessHost& processes,
+                       Clock& clock, Logger log, DockerMode* docker = nullptr, SlurmMode* slurm = nullptr);
     ~SimulationLauncher();
 
     /// Starts a simulator.
@@ -268,7 +265,8 @@ public:
     /// Simulators whose port is in use.
     std::size_t running() const noexcept;
 
-    SimulationLauncherParams const& params() const noexcept;
+    SimulationLauncherConfig const& config() const noexcept;
+    SimulationLauncherFacts const& facts() const noexcept;
 
 private:
     struct Impl;

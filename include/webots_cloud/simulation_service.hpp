@@ -34,21 +34,14 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// What SimulationService allows, and its limits.
-struct SimulationServiceParams
+/// What SimulationService is told of its server and machine, found out at the start.
+struct SimulationServiceFacts
 {
-    SimulationServiceParams() { address.port = 2000; }
+    SimulationServiceFacts() { address.port = 2000; }
 
     PublicAddress address; ///< Where browsers are sent; its port is for the monitor page.
-    SimulationServiceConfig config;
     SimulationWalls walls; ///< Other repositories are accepted only where these are high enough.
-    /// From the opening of a socket to its `start`. Default 30 s.
-    Duration handshake_timeout = std::chrono::seconds(30);
-    /// Sockets that have not started anything yet: of one client, and of all. With one more, the oldest is
-    /// closed. Browsers send `start` within a round trip, so this is far more than they need.
-    std::size_t silent_per_address = 64;
-    std::size_t max_silent = 256;
-    std::string notice; ///< Shown on the monitor page: for instance that this is the demo simulator.
+    std::string notice;    ///< Shown on the monitor page: for instance that this is the demo simulator.
     /// A sentence that says why simulations are not isolated from each other: for the monitor page, the
     /// answer of `/readyz` and a metric. Empty: they are.
     std::string isolation_warning;
@@ -103,8 +96,8 @@ struct SimulationServiceHooks
 class SimulationService final : public Endpoint, public ControllerDoor
 {
 public:
-    SimulationService(SimulationServiceParams params, ProjectFetcher& fetcher, SimulationLauncher& launcher,
-                      HostMetrics& metrics, Clock& clock, Logger log,
+    SimulationService(SimulationServiceConfig config, SimulationServiceFacts facts, ProjectFetcher& fetcher,
+                      SimulationLauncher& launcher, HostMetrics& metrics, Clock& clock, Logger log,
                       SimulationServiceHooks hooks = SimulationServiceHooks());
     ~SimulationService() override;
 

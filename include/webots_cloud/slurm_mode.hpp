@@ -20,12 +20,11 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// What SlurmMode obeys, and what it has been given on this machine.
-struct SlurmModeParams
+/// What SlurmMode has been given on this machine, found out at the start.
+struct SlurmFacts
 {
-    SlurmModeParams() = default;
+    SlurmFacts() = default;
 
-    SlurmConfig config;
     /// Absolute paths of the programs; empty: not installed.
     std::filesystem::path srun;
     std::filesystem::path scancel;
@@ -41,8 +40,6 @@ struct SlurmModeParams
     std::string run;
     /// Our own environment, of which Slurm's programs get only what they need.
     std::vector<std::pair<std::string, std::string>> environment;
-    /// How often Slurm is asked for all jobs together, while there are any, and for the nodes. Default 5 s.
-    Duration interval = std::chrono::seconds(5);
 };
 
 /// Slurm on this machine and its cluster. A live object: await `run()` as long as it is used.
@@ -52,7 +49,7 @@ struct SlurmModeParams
 class SlurmMode
 {
 public:
-    SlurmMode(SlurmModeParams params, ProcessHost& processes, Clock& clock, Logger log);
+    SlurmMode(SlurmConfig config, SlurmFacts facts, ProcessHost& processes, Clock& clock, Logger log);
     ~SlurmMode();
 
     /// Asks for the nodes, and ends the jobs that an earlier run of this server has left behind.
@@ -68,7 +65,8 @@ public:
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-    SlurmModeParams const& params() const noexcept;
+    SlurmConfig const& config() const noexcept;
+    SlurmFacts const& facts() const noexcept;
 
     /// A name for a job, which nobody else has. The job is known until `forget`.
     std::string new_job(std::string_view label);

@@ -1,5 +1,5 @@
-// Translates the configuration and what the machine can do into the parameters of the launcher and of the
-// backend that runs simulations. Where Docker or Slurm keeps a limit, we do not keep it as well.
+// Finds out what the launcher, and the backend that runs simulations, have on this machine. Where Docker or
+// Slurm keeps a limit, we do not keep it as well.
 #include "launch_backends.hpp"
 
 #include "async/wakeup.hpp"
@@ -32,50 +32,46 @@ std::string host_name()
     return name;
 }
 
-DockerModeParams docker_params(SimulationConfig const& config, SimulationMachine const& machine)
+DockerFacts docker_facts(SimulationConfig const& config, SimulationMachine const& machine)
 {
     auto const& network = machine.trial.container_network;
-    DockerModeParams params;
-    params.config = config.containers;
-    params.launching = config.launching;
-    params.limits = machine.limits;
-    params.docker = find_program("docker");
-    params.docker_compose = find_program("docker-compose");
+    DockerFacts facts;
+    facts.limits = machine.limits;
+    facts.docker = find_program("docker");
+    facts.docker_compose = find_program("docker-compose");
+    facts.identity = core::docker_identity(host_name(), config.address.port, machine.instances());
+    facts.environment = current_environment();
     std::error_code failed;
-    params.config.directory = fs::weakly_canonical(config.containers.directory, failed);
-    params.identity = core::docker_identity(host_name(), config.address.port, machine.instances());
-    params.environment = current_environment();
     if (fs::exists("/dev/dri", failed))
-        params.graphics_device = "/dev/dri";
-    params.network = network.network;
-    params.name_server = network.name_server;
-    params.own_displays = config.display == "private";
-    if (params.own_displays || config.display == "none") {
-        params.display.clear();
+        facts.graphics_device = "/dev/dri";
+    facts.network = network.network;
+    facts.name_server = network.name_server;
+    facts.own_displays = config.display == "private";
+    if (facts.own_displays || config.display == "none") {
+        facts.display.clear();
     } else if (auto const display = wanted_display(config); !display.name.empty()) {
-        params.display = display.name;
+        facts.display = display.name;
         if (display.may_be_opened)
-            params.xhost = find_program("xhost");
+            facts.xhost = find_program("xhost");
     }
-    return params;
+    return facts;
 }
 
 /// Where simulations are jobs, which are started with the rights of this server's user.
-SlurmModeParams slurm_params(SimulationConfig const& config, fs::path guard)
+SlurmFacts slurm_facts(SimulationConfig const& config, fs::path guard)
 {
-    SlurmModeParams params;
-    params.srun = find_program("srun");
-    params.scancel = find_program("scancel");
-    params.squeue = find_program("squeue");
-    params.sinfo = find_program("sinfo");
-    params.getent = find_program("getent");
-    params.tar = find_program("tar");
-    params.guard = std::move(guard);
-    params.config = *config.slurm;
-    params.identity = core::job_identity(host_name(), config.address.port);
-    params.run = make_token().substr(0, 8);
-    params.environment = current_environment();
-    return params;
+    SlurmFacts facts;
+    facts.srun = find_program("srun");
+    facts.scancel = find_program("scancel");
+    facts.squeue = find_program("squeue");
+    facts.sinfo = find_program("sinfo");
+    facts.getent = find_program("getent");
+    facts.tar = find_program("tar");
+    facts.guard = std::move(guard);
+    facts.identity = core::job_identity(host_name(), config.address.port);
+    facts.run = make_token().substr(0, 8);
+    facts.environment = current_environment();
+    return facts;
 }
 
 /// Where the sockets are by which simulations with a network of their own are reached. Empty: nowhere.
@@ -94,9 +90,10 @@ fs::path broker_folder(SimulationConfig const& config, adapters::InstanceRoot co
 
 /// Tells the operator which variables of this server's environment simulators do not get. Simulators in
 /// containers get the environment of their image.
-void tell_environment(SimulationLauncherParams const& params, Logger const& log)
+void tell_environment(core::Environment const& environment, SimulationLauncherConfig const& config,
+                      Logger const& log)
 {
-    auto const remarks = core::environment_remarks(params.environment, params.config.simulator_environment);
+    auto const remarks = core::environment_remarks(environment, config.simulator_environment);
     for (auto const& notice : remarks.notices)
         log.info(notice);
     for (auto const& warning : remarks.warnings)
@@ -130,15 +127,19 @@ asio::awaitable<result<LaunchBackends>> open_backends(SimulationConfig const& co
             return fs::exists(path, ignored);
         };
         hooks.new_token = make_token;
-        backends.docker = std::make_unique<DockerMode>(docker_params(config, machine), *machine.processes,
+        auto containers = config.containers;
+        std::error_code failed;
+        containers.directory = fs::weakly_canonical(containers.directory, failed);
+        backends.docker = std::make_unique<DockerMode>(std::move(containers), config.launching,
+                                                       docker_facts(config, machine), *machine.processes,
                                                        *backends.files, clock, log, hooks);
         auto const opened = co_await backends.docker->open();
         if (!opened)
             co_return opened.error();
     }
     if (config.slurm) {
-        backends.slurm =
-            std::make_unique<SlurmMode>(slurm_params(config, machine.guard), *machine.processes, clock, log);
+        backends.slurm = std::make_unique<SlurmMode>(*config.slurm, slurm_facts(config, machine.guard),
+                                                     *machine.processes, clock, log);
         auto const opened = co_await backends.slurm->open();
         if (!opened)
             co_return opened.error();
@@ -156,38 +157,37 @@ asio::awaitable<result<>> run(LaunchBackends& backends)
     co_return co_await async::until_cancelled();
 }
 
-SimulationLauncherParams launcher_params(SimulationConfig const& config, SimulationMachine const& machine,
-                                         Logger const& log)
+SimulationLauncherFacts launcher_facts(SimulationConfig const& config, SimulationMachine const& machine,
+                                       Logger const& log)
 {
-    SimulationLauncherParams params;
-    params.config = config.launching;
-    params.brokers = broker_folder(config, machine.root, log);
-    params.display = machine.trial.display.name;
-    params.private_display = machine.trial.display.own;
-    params.limits = machine.limits;
+    SimulationLauncherFacts facts;
+    facts.brokers = broker_folder(config, machine.root, log);
+    facts.display = machine.trial.display.name;
+    facts.private_display = machine.trial.display.own;
+    facts.limits = machine.limits;
     if (config.docker) { // which keeps those of its processes
-        params.limits = ProcessLimits();
-        params.limits.disk = machine.limits.disk;
+        facts.limits = ProcessLimits();
+        facts.limits.disk = machine.limits.disk;
     }
     if (config.slurm) { // which gives jobs processors and memory
-        params.limits.memory = 0;
-        params.limits.processors = 0;
+        facts.limits.memory = 0;
+        facts.limits.processors = 0;
     }
-    params.sandbox = machine.trial.sandbox.params;
-    params.webots = machine.simulator.program;
-    params.compiler = find_compiler(config, machine.simulator);
-    if (config.service.allow_edit && params.compiler.make.empty())
+    facts.sandbox = machine.trial.sandbox.params;
+    facts.webots = machine.simulator.program;
+    facts.compiler = find_compiler(config, machine.simulator);
+    if (config.service.allow_edit && facts.compiler.make.empty())
         log.info("Programs in C and C++ are not compiled here (docs/access.md, \"Who may change programs\")");
-    params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
-    params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite &&
-                            config.address.path.empty();
-    params.environment = current_environment();
-    for (auto& [name, value] : params.environment)
+    facts.first_port = static_cast<std::uint16_t>(config.address.port + 1);
+    facts.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite &&
+                           config.address.path.empty();
+    facts.environment = current_environment();
+    for (auto& [name, value] : facts.environment)
         if (name == "WEBOTS_HOME")
             value = absolute_path(value);
     if (!config.docker)
-        tell_environment(params, log);
-    return params;
+        tell_environment(facts.environment, config.launching, log);
+    return facts;
 }
 
 } // namespace webots_cloud::app

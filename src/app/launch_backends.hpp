@@ -1,5 +1,5 @@
-// What simulations are on this machine: processes of ours, containers of Docker, or jobs of Slurm; with the
-// parameters that each of them gets of the configuration and of what the machine can do.
+// What simulations are on this machine: processes of ours, containers of Docker, or jobs of Slurm; and what
+// they have there.
 #pragma once
 
 #include "simulation_machine.hpp"
@@ -39,7 +39,7 @@ open_backends(SimulationConfig const& config, SimulationMachine& machine, Clock&
 boost::asio::awaitable<result<>> run(LaunchBackends& backends);
 
 /// Tells the operator what does not go as configured.
-SimulationLauncherParams launcher_params(SimulationConfig const& config, SimulationMachine const& machine,
-                                         Logger const& log);
+SimulationLauncherFacts launcher_facts(SimulationConfig const& config, SimulationMachine const& machine,
+                                       Logger const& log);
 
 } // namespace webots_cloud::app

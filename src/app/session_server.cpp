@@ -151,9 +151,11 @@ std::unordered_set<std::string> unreachable_machines(LoadMonitor const& monitor)
 }
 
 /// Errors: as `make_ticket_mac`.
-result<MachineDiscoveryHooks> discovery_hooks(SessionConfig const& config, LoadMonitor const& monitor)
+result<MachineDiscoveryHooks> discovery_hooks(SessionConfig const& config, LoadMonitor const& monitor,
+                                              Fleet& fleet)
 {
     MachineDiscoveryHooks hooks;
+    hooks.changed = [&fleet](std::vector<ServerChange> const& changes) { fleet.change(changes); };
     hooks.unreachable = [&monitor] { return unreachable_machines(monitor); };
     if (config.announcements) {
         auto mac = make_ticket_mac(config.access.session_secret);
@@ -262,10 +264,9 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         co_return usable;
     auto const server = http_server(executor, config, log);
     auto const names = make_name_service(executor, config.name_servers);
-    auto discovery_calls = discovery_hooks(config, monitor);
+    auto discovery_calls = discovery_hooks(config, monitor, fleet);
     if (!discovery_calls)
         co_return discovery_calls.error();
-    discovery_calls->changed = [&fleet](std::vector<ServerChange> const& changes) { fleet.change(changes); };
     MachineDiscovery discovery(config.simulation_servers, config.discover_loopback, *names, *clock, log,
                                std::move(*discovery_calls));
     auto hooks = service_hooks(config, discovery, administrator, *clock);

@@ -92,20 +92,19 @@ void tell_outside_projects(SimulationConfig const& config, SimulationWalls const
         log.info(core::judge_outside_projects(walls, !config.service.repositories.allowed.empty()).remark);
 }
 
-SimulationServiceParams service_params(SimulationConfig const& config, app::SimulationMachine const& machine)
+SimulationServiceFacts service_facts(SimulationConfig const& config, app::SimulationMachine const& machine)
 {
     auto const& trial = machine.trial;
-    SimulationServiceParams params;
-    params.address = config.address;
-    params.config = config.service;
-    params.walls = trial.walls;
-    params.notice = machine.simulator.notice;
-    params.isolation_warning = app::walls_warning(trial);
-    params.limits_warning = trial.unkept_limits;
-    params.sandbox = app::describe_confinement(trial);
-    params.display = trial.display.description;
-    params.labels = labels_of(config, machine.simulator.program);
-    return params;
+    SimulationServiceFacts facts;
+    facts.address = config.address;
+    facts.walls = trial.walls;
+    facts.notice = machine.simulator.notice;
+    facts.isolation_warning = app::walls_warning(trial);
+    facts.limits_warning = trial.unkept_limits;
+    facts.sandbox = app::describe_confinement(trial);
+    facts.display = trial.display.description;
+    facts.labels = labels_of(config, machine.simulator.program);
+    return facts;
 }
 
 std::unique_ptr<HttpServer> http_server(asio::any_io_executor const& executor, SimulationConfig const& config,
@@ -169,6 +168,11 @@ struct Instruments
     std::unique_ptr<SimulatorTalk> const simulator_talk;
 };
 
+GuardedServer guarded(SimulationConfig const& config)
+{
+    return GuardedServer(config.address.host, app::machine_names());
+}
+
 /// Applies what `AccessControl` was made with, and the repositories and limits of the service.
 /// Errors: as `app::operator_token_check`; then nothing has changed.
 result<> obey(SimulationConfig const& next, SimulationWalls const& walls, AccessControl& access,
@@ -177,10 +181,10 @@ result<> obey(SimulationConfig const& next, SimulationWalls const& walls, Access
     auto const token_check = app::operator_token_check(next.access);
     if (!token_check)
         return token_check.error();
-    access.apply(next.access, GuardedServer(next.address.host, app::machine_names()), *token_check);
+    access.apply(next.access, guarded(next), *token_check);
     tell_outside_projects(next, walls, log);
     service.apply(next.service);
-    registration.apply(next.service.repositories);
+    registration.apply(next.service);
     return {};
 }
 
@@ -219,8 +223,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto backends = co_await app::open_backends(config, machine, *clock, log);
     if (!backends)
         co_return backends.error();
-    SimulationLauncher launcher(app::launcher_params(config, machine, log), *machine.processes, *clock, log,
-                                backends->docker.get(), backends->slurm.get());
+    SimulationLauncher launcher(config.launching, app::launcher_facts(config, machine, log),
+                                *machine.processes, *clock, log, backends->docker.get(),
+                                backends->slurm.get());
     tell_outside_projects(config, machine.trial.walls, log);
 
     auto hooks = service_hooks(executor, config, *clock, log);
@@ -234,7 +239,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         hooks->simulation_logs = logs.get();
     Instruments const instruments(executor, config, log);
     instruments.offer_to(*hooks, sources);
-    SimulationService service(service_params(config, machine), sources.fetcher(), launcher,
+    SimulationService service(config.service, service_facts(config, machine), sources.fetcher(), launcher,
                               backends->partitions ? *backends->partitions : *machine.metrics, *clock, log,
                               std::move(*hooks));
 
@@ -242,8 +247,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (!token_check)
         co_return token_check.error();
     app::DoctorEndpoint doctor(executor, service, *clock);
-    AccessControl access(config.access, GuardedServer(config.address.host, app::machine_names()), doctor,
-                         *clock, log, *token_check);
+    AccessControl access(config.access, guarded(config), doctor, *clock, log, *token_check);
     app::Challenges challenges(config.network.challenge_folder, access);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     app::Controllers controllers(executor, controller_port(config), config.network, service, log);
@@ -254,8 +258,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                                      config.access, "--drain, only SIGUSR1", log);
 
     auto const http = make_http_client(executor, config.http_client, log);
-    Registration registration(config.service.notify, core::public_http_url(config.address),
-                              config.service.repositories, *http, *clock, log);
+    Registration registration(config.service, core::public_http_url(config.address), *http, *clock, log);
     auto session_mac = ticket_mac(config);
     if (!session_mac)
         co_return session_mac.error();

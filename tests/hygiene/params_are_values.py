@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Structs of parameters and configurations hold values only, so that they can be copied, compared and read from files. What a part
+"""Structs of parameters, configurations and facts hold values only, so that they can be copied, compared and read from files. What a part
 calls (functions, other parts) is an argument of its constructor; optional ones are a struct whose name ends in Hooks."""
 import re
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-STRUCT = re.compile(r'^(?:struct|class) (\w+(?:Params|Config))\b[^;{]*\{(.*?)^\};', re.M | re.S)
+STRUCT = re.compile(r'^(?:struct|class) (\w+(?:Params|Config|Facts))\b[^;{]*\{(.*?)^\};', re.M | re.S)
 COLLABORATOR = re.compile(r'std::function\b|_ptr<|std::reference_wrapper\b|[\w>]\s*[&*]\s*[A-Za-z_]\w*\s*;')
 
 

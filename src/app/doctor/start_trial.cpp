@@ -119,9 +119,9 @@ asio::awaitable<core::Finding> try_start(SimulationConfig const& configured, Sim
     Logger const silent;
     auto const executor = co_await asio::this_coro::executor;
     ProjectSources sources(executor, config, machine, silent);
-    auto params = launcher_params(config, machine, silent);
-    params.config.start_timeout = empty_start_limit;
-    SimulationLauncher launcher(std::move(params), *machine.processes, clock, silent);
+    config.launching.start_timeout = empty_start_limit;
+    SimulationLauncher launcher(config.launching, launcher_facts(config, machine, silent), *machine.processes,
+                                clock, silent);
     auto wanted = sources.fetcher().parse(world_url);
     auto progress = std::make_shared<FetchProgress>();
     result<Project> project = Failure(errc::not_found, "the world of the doctor has no address");

@@ -27,7 +27,7 @@ constexpr auto between_attempts = std::chrono::seconds(10);
 
 void DockerBuildLimits::begin(std::string project)
 {
-    if (core::limit_container(params_.limits, {}).empty())
+    if (core::limit_container(facts_.limits, {}).empty())
         return;
     projects_[std::move(project)] = clock_.wall();
     if (begun_)
@@ -74,8 +74,8 @@ asio::awaitable<void> DockerBuildLimits::follow()
     // Docker first prints what has started since then: steps that were faster than we are limited as well.
     auto const began_earlier = [](auto const& left, auto const& right) { return left.second < right.second; };
     auto const first = std::min_element(projects_.begin(), projects_.end(), began_earlier);
-    auto argv = core::watch_starts(params_.identity, first->second);
-    argv.insert(argv.begin(), params_.docker.string());
+    auto argv = core::watch_starts(facts_.identity, first->second);
+    argv.insert(argv.begin(), facts_.docker.string());
     auto spec = commands_.spec(std::move(argv));
     auto process = co_await processes_.start(std::move(spec));
     if (!process)
@@ -107,7 +107,7 @@ asio::awaitable<void> DockerBuildLimits::follow()
 asio::awaitable<void> DockerBuildLimits::limit(std::vector<std::string> containers)
 {
     for (auto const& container : containers) {
-        auto arguments = core::limit_container(params_.limits, container);
+        auto arguments = core::limit_container(facts_.limits, container);
         if (arguments.empty())
             continue;
         auto const limited = co_await commands_.docker(std::move(arguments));

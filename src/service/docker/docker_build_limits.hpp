@@ -25,9 +25,9 @@ namespace webots_cloud {
 class DockerBuildLimits
 {
 public:
-    DockerBuildLimits(DockerModeParams const& params, DockerCommands const& commands, ProcessHost& processes,
+    DockerBuildLimits(DockerFacts const& facts, DockerCommands const& commands, ProcessHost& processes,
                       Clock& clock, Logger log)
-        : params_(params), commands_(commands), processes_(processes), clock_(clock), log_(std::move(log))
+        : facts_(facts), commands_(commands), processes_(processes), clock_(clock), log_(std::move(log))
     {}
 
     /// From now on steps of builds may run, for this simulation.
@@ -42,7 +42,7 @@ private:
     boost::asio::awaitable<void> follow();
     boost::asio::awaitable<void> limit(std::vector<std::string> containers);
 
-    DockerModeParams const& params_;
+    DockerFacts const& facts_;
     DockerCommands const& commands_;
     ProcessHost& processes_;
     Clock& clock_;

@@ -23,7 +23,7 @@ constexpr auto between_rounds = std::chrono::milliseconds(500);
 asio::awaitable<result<>> DockerCleanup::remove_leftovers(std::string project)
 {
     core::DockerScope scope;
-    scope.identity = params_.identity;
+    scope.identity = facts_.identity;
     scope.project = std::move(project);
     for (int round = 0; round < max_rounds; ++round) {
         if (round > 0)
@@ -82,7 +82,7 @@ asio::awaitable<result<>> DockerCleanup::watch_builds()
         Arguments list{"ps", "--all", "--format", std::string(core::container_format)};
         auto const listing = co_await commands_.docker(std::move(list));
         auto given_up =
-            watch.look(core::unstarted_builds(listing ? *listing : std::string(), params_.identity));
+            watch.look(core::unstarted_builds(listing ? *listing : std::string(), facts_.identity));
         if (!given_up.empty())
             co_await remove_builds(std::move(given_up));
     }
@@ -94,7 +94,7 @@ asio::awaitable<void> DockerCleanup::remove_late_names(std::set<std::string> pro
     Arguments list{"images", "--format", std::string(core::image_format)};
     auto const listing = co_await commands_.docker(std::move(list));
     core::DockerScope scope;
-    scope.identity = params_.identity;
+    scope.identity = facts_.identity;
     Arguments removal{"rmi", "--force", "--no-prune"};
     auto const options = removal.size();
     for (auto const& project : projects) {
@@ -123,9 +123,9 @@ asio::awaitable<void> DockerCleanup::remove_builds(Arguments containers)
 
 asio::awaitable<void> DockerCleanup::bound_builds(std::set<std::string> in_use)
 {
-    if (params_.config.build_cache == 0)
+    if (config_.build_cache == 0)
         co_return;
-    auto list = core::list_built_ids(params_.identity);
+    auto list = core::list_built_ids(facts_.identity);
     auto const listing = co_await commands_.docker(std::move(list));
     auto const ids = core::image_ids(listing ? *listing : std::string());
     if (ids.empty())
@@ -135,13 +135,13 @@ asio::awaitable<void> DockerCleanup::bound_builds(std::set<std::string> in_use)
     auto describe = core::describe_images(ids);
     auto const description = co_await commands_.docker(std::move(describe));
     auto const images = core::read_images(description ? *description : std::string());
-    auto const beyond = core::images_beyond(images, params_.config.build_cache, in_use);
+    auto const beyond = core::images_beyond(images, config_.build_cache, in_use);
     if (beyond.empty())
         co_return;
     log_.info(LogCause("build-cache"),
               concat("docker: removes ", std::to_string(beyond.size()),
                      " images of builds, since those that are kept take more than ",
-                     std::to_string(params_.config.build_cache >> 20), " MB (\"buildCache\")"));
+                     std::to_string(config_.build_cache >> 20), " MB (\"buildCache\")"));
     Arguments removal{"rmi", "--no-prune"}; // which would remove what others are built from now
     removal.insert(removal.end(), beyond.begin(), beyond.end());
     auto const removed = co_await commands_.docker(std::move(removal));
@@ -154,10 +154,10 @@ asio::awaitable<Arguments> DockerCleanup::find_old_images()
     Arguments list{"images", "--format", std::string(core::image_format)};
     auto const listing = co_await commands_.docker(std::move(list));
     core::ImagePolicy policy;
-    policy.repository = params_.config.images;
-    policy.persistent = *params_.config.persistent_images;
+    policy.repository = config_.images;
+    policy.persistent = *config_.persistent_images;
     auto found = core::old_images(listing ? *listing : std::string(), policy, clock_.wall());
-    auto list_builds = core::list_builds(params_.identity);
+    auto list_builds = core::list_builds(facts_.identity);
     auto const builds = co_await commands_.docker(std::move(list_builds));
     for (auto& build : core::old_builds(builds ? *builds : std::string(), clock_.wall()))
         found.push_back(std::move(build));
@@ -166,7 +166,7 @@ asio::awaitable<Arguments> DockerCleanup::find_old_images()
 
 asio::awaitable<void> DockerCleanup::remove_old_images()
 {
-    if (!params_.config.persistent_images)
+    if (!config_.persistent_images)
         co_return;
     auto const found = co_await find_old_images();
     for (auto const& image : found) {

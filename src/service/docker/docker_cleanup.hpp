@@ -20,8 +20,9 @@ namespace webots_cloud {
 class DockerCleanup
 {
 public:
-    DockerCleanup(DockerModeParams const& params, DockerCommands const& commands, Clock& clock, Logger log)
-        : params_(params), commands_(commands), clock_(clock), log_(std::move(log))
+    DockerCleanup(DockerConfig const& config, DockerFacts const& facts, DockerCommands const& commands,
+                  Clock& clock, Logger log)
+        : config_(config), facts_(facts), commands_(commands), clock_(clock), log_(std::move(log))
     {}
 
     /// Removes containers, networks, volumes and names of images of a simulation, until nothing is found any
@@ -53,7 +54,8 @@ private:
     boost::asio::awaitable<void> remove_builds(std::vector<std::string> containers);
     boost::asio::awaitable<std::vector<std::string>> find_old_images();
 
-    DockerModeParams const& params_;
+    DockerConfig const& config_;
+    DockerFacts const& facts_;
     DockerCommands const& commands_;
     Clock& clock_;
     Logger log_;

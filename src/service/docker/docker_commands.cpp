@@ -20,7 +20,7 @@ ProcessSpec DockerCommands::spec(std::vector<std::string> argv) const
 {
     ProcessSpec spec;
     spec.argv = std::move(argv);
-    spec.environment = core::docker_environment(params_.environment, params_.launching.simulator_environment);
+    spec.environment = core::docker_environment(facts_.environment, launching_.simulator_environment);
     spec.directory = "/";
     spec.grace = Duration::zero();
     return spec;
@@ -43,7 +43,7 @@ asio::awaitable<result<std::string>> DockerCommands::run_long(std::vector<std::s
 
 asio::awaitable<result<std::string>> DockerCommands::docker(std::vector<std::string> arguments) const
 {
-    arguments.insert(arguments.begin(), params_.docker.string());
+    arguments.insert(arguments.begin(), facts_.docker.string());
     return run(std::move(arguments));
 }
 

@@ -15,8 +15,9 @@ namespace webots_cloud {
 class DockerCommands
 {
 public:
-    DockerCommands(DockerModeParams const& params, ProcessHost& processes, Clock& clock)
-        : params_(params), processes_(processes), clock_(clock)
+    DockerCommands(SimulationLauncherConfig const& launching, DockerFacts const& facts,
+                   ProcessHost& processes, Clock& clock)
+        : launching_(launching), facts_(facts), processes_(processes), clock_(clock)
     {}
 
     ProcessSpec spec(std::vector<std::string> argv) const;
@@ -36,7 +37,8 @@ public:
     boost::asio::awaitable<result<std::string>> docker(std::vector<std::string> arguments) const;
 
 private:
-    DockerModeParams const& params_;
+    SimulationLauncherConfig const& launching_;
+    DockerFacts const& facts_;
     ProcessHost& processes_;
     Clock& clock_;
 };

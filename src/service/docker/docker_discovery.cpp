@@ -14,15 +14,14 @@ namespace {
 using Arguments = std::vector<std::string>;
 
 /// The beginning of compose's command line: it is a part of docker, or a program of its own.
-asio::awaitable<result<Arguments>> find_compose(DockerModeParams const& params,
-                                                DockerCommands const& commands)
+asio::awaitable<result<Arguments>> find_compose(DockerFacts const& facts, DockerCommands const& commands)
 {
-    Arguments compose{params.docker.string(), "compose"};
+    Arguments compose{facts.docker.string(), "compose"};
     Arguments ask{"compose", "version"};
     auto answer = co_await commands.docker(std::move(ask));
-    if (!answer && !params.docker_compose.empty()) {
-        compose = {params.docker_compose.string()};
-        Arguments ask_program{params.docker_compose.string(), "version"};
+    if (!answer && !facts.docker_compose.empty()) {
+        compose = {facts.docker_compose.string()};
+        Arguments ask_program{facts.docker_compose.string(), "version"};
         answer = co_await commands.run(std::move(ask_program));
     }
     if (!answer)
@@ -34,14 +33,13 @@ asio::awaitable<result<Arguments>> find_compose(DockerModeParams const& params,
 
 } // namespace
 
-asio::awaitable<result<DockerEngine>> find_docker(DockerModeParams const& params,
-                                                  DockerCommands const& commands)
+asio::awaitable<result<DockerEngine>> find_docker(DockerFacts const& facts, DockerCommands const& commands)
 {
-    if (params.docker.empty())
+    if (facts.docker.empty())
         co_return Failure(
             errc::not_found,
             "docker: there is no program \"docker\". Install Docker, or set \"docker\" to false.");
-    auto const compose = co_await find_compose(params, commands);
+    auto const compose = co_await find_compose(facts, commands);
     if (!compose)
         co_return compose.error();
     Arguments ask{"info", "--format", std::string(core::docker_info_format)};
@@ -58,18 +56,17 @@ asio::awaitable<result<DockerEngine>> find_docker(DockerModeParams const& params
     co_return engine;
 }
 
-asio::awaitable<void> open_screen(DockerModeParams const& params, DockerCommands const& commands,
-                                  Logger const& log)
+asio::awaitable<void> open_screen(DockerFacts const& facts, DockerCommands const& commands, Logger const& log)
 {
-    if (params.xhost.empty())
+    if (facts.xhost.empty())
         co_return;
-    Arguments argv{params.xhost.string(), "+local:root"};
+    Arguments argv{facts.xhost.string(), "+local:root"};
     auto spec = commands.spec(std::move(argv));
-    spec.environment.emplace_back("DISPLAY", params.display);
+    spec.environment.emplace_back("DISPLAY", facts.display);
     auto const opened = co_await commands.run(std::move(spec));
     if (!opened)
         log.warning(
-            concat("Containers can't use the screen ", params.display, ": ", opened.error().message()));
+            concat("Containers can't use the screen ", facts.display, ": ", opened.error().message()));
 }
 
 } // namespace webots_cloud

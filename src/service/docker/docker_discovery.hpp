@@ -26,11 +26,11 @@ struct DockerEngine
 /// Asks docker and compose for their versions.
 ///
 /// Errors: as `DockerMode::open`.
-boost::asio::awaitable<result<DockerEngine>> find_docker(DockerModeParams const& params,
+boost::asio::awaitable<result<DockerEngine>> find_docker(DockerFacts const& facts,
                                                          DockerCommands const& commands);
 
 /// Lets containers use this machine's screen, if there is an `xhost`. Failures are logged.
-boost::asio::awaitable<void> open_screen(DockerModeParams const& params, DockerCommands const& commands,
+boost::asio::awaitable<void> open_screen(DockerFacts const& facts, DockerCommands const& commands,
                                          Logger const& log);
 
 } // namespace webots_cloud

@@ -51,11 +51,12 @@ struct Counted
 
 struct DockerMode::Impl
 {
-    Impl(DockerModeParams parameters, ProcessHost& processes, TextFiles& text_files, Clock& clock,
-         Logger logger, DockerModeHooks hooks)
-        : params(std::move(parameters)), clock(clock), log(std::move(logger)),
-          commands(params, processes, clock), files(params, text_files, commands, std::move(hooks)),
-          cleanup(params, commands, clock, log), build_limits(params, commands, processes, clock, log)
+    Impl(DockerConfig wanted, SimulationLauncherConfig wanted_of_launcher, DockerFacts found,
+         ProcessHost& processes, TextFiles& text_files, Clock& clock, Logger logger, DockerModeHooks hooks)
+        : config(std::move(wanted)), launching(std::move(wanted_of_launcher)), facts(std::move(found)),
+          clock(clock), log(std::move(logger)), commands(launching, facts, processes, clock),
+          files(config, launching, facts, text_files, commands, std::move(hooks)),
+          cleanup(config, facts, commands, clock, log), build_limits(facts, commands, processes, clock, log)
     {}
 
     LaunchPlan plan(LaunchSpec const& spec, ContainerProject project) const;
@@ -67,7 +68,9 @@ struct DockerMode::Impl
     asio::awaitable<result<>> clean();
     asio::awaitable<void> remove_owed();
 
-    DockerModeParams params;
+    DockerConfig const config;
+    SimulationLauncherConfig const launching;
+    DockerFacts const facts;
     Clock& clock;
     Logger log;
     DockerCommands commands;
@@ -82,17 +85,18 @@ struct DockerMode::Impl
     std::optional<async::Wakeup> cleared; ///< While `run()` is awaited.
 };
 
-DockerMode::DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock,
-                       Logger log, DockerModeHooks hooks)
-    : impl_(std::make_unique<Impl>(std::move(params), processes, files, clock, std::move(log),
-                                   std::move(hooks)))
+DockerMode::DockerMode(DockerConfig config, SimulationLauncherConfig launching, DockerFacts facts,
+                       ProcessHost& processes, TextFiles& files, Clock& clock, Logger log,
+                       DockerModeHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(launching), std::move(facts), processes,
+                                   files, clock, std::move(log), std::move(hooks)))
 {}
 
 DockerMode::~DockerMode() = default;
 
 asio::awaitable<result<>> DockerMode::open()
 {
-    auto engine = co_await find_docker(impl_->params, impl_->commands);
+    auto engine = co_await find_docker(impl_->facts, impl_->commands);
     if (!engine)
         co_return engine.error();
     impl_->engine = std::move(*engine);
@@ -104,7 +108,7 @@ asio::awaitable<result<>> DockerMode::open()
             "Builds of projects may use Docker's own list of system calls, and have capabilities, which "
             "Docker can't take from a single build: docs/docker.md (\"What a build may do\") says what "
             "helps.");
-    co_await open_screen(impl_->params, impl_->commands, impl_->log);
+    co_await open_screen(impl_->facts, impl_->commands, impl_->log);
     // Before the first start: containers of a run that was killed may still hold our ports.
     std::string all_projects;
     auto const removed = co_await impl_->cleanup.remove_leftovers(std::move(all_projects));
@@ -180,9 +184,9 @@ LaunchPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject proje
     plan.process.directory = spec.root;
     // The container has none of Docker's networks. The guard finds it by this label, and gives it ours.
     if (project.own_network) {
-        plan.process.network = params.network;
+        plan.process.network = facts.network;
         plan.process.network.port = environment.port;
-        plan.process.container.docker = params.docker;
+        plan.process.container.docker = facts.docker;
         plan.process.container.label = concat(core::simulator_label, "=", project.token);
     }
     plan.process.cleanup_command = core::compose_down(engine.compose, file);

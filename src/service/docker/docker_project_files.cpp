@@ -57,13 +57,13 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     if (core::compose_services(*compose_file).empty())
         co_return core::refused(core::Refused::no_compose_services,
                                 {{"file", core::compose_template_file(yml->kind)}});
-    bool const own = texts.dockerfile && params_.config.project_dockerfiles;
+    bool const own = texts.dockerfile && config_.project_dockerfiles;
     bool const competes = yml->kind == core::ComposeTemplate::competition;
     // With our Dockerfile nothing of the project is run but its Makefile.
-    auto walls = walls_of(*compose_file, own ? !params_.config.build_network : texts.has_makefile, competes);
+    auto walls = walls_of(*compose_file, own ? !config_.build_network : texts.has_makefile, competes);
     // The operator's list. Without it Docker's own holds, of which the operator was warned at the start.
     Names names{core::system_calls_template};
-    auto const system_calls = co_await files_.read(params_.config.directory, std::move(names));
+    auto const system_calls = co_await files_.read(config_.directory, std::move(names));
     if (!system_calls)
         co_return system_calls.error();
     walls.system_calls = system_calls->front().has_value();
@@ -77,7 +77,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     auto const checked = co_await check_bases(std::move(bases));
     if (!checked)
         co_return checked.error();
-    auto dockerfile = core::with_last_step(chosen->text, params_.identity);
+    auto dockerfile = core::with_last_step(chosen->text, facts_.identity);
     for (auto& file : core::container_files(texts, std::move(dockerfile), *env_file, *compose_file, walls))
         added.push_back(std::move(file));
     std::vector<TextFile> files;
@@ -95,7 +95,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     project.own_network = walls.own_network;
     project.token = std::move(walls.token);
     project.notes = core::unused_file_notes(texts, own);
-    if (walls.own_network && (own || competes) && !params_.config.build_network)
+    if (walls.own_network && (own || competes) && !config_.build_network)
         project.notes.emplace_back("The Dockerfile of the project is built without a network, unless this "
                                    "server's operator sets \"buildNetwork\".");
     co_return project;
@@ -106,44 +106,44 @@ core::ContainerWalls DockerProjectFiles::walls_of(std::string const& compose_fil
                                                   bool competes) const
 {
     core::ContainerWalls walls;
-    walls.own_display = params_.own_displays;
+    walls.own_display = facts_.own_displays;
     walls.display_socket = display_socket();
     walls.own_network =
-        params_.network.reach != ProcessNetwork::Reach::host && !core::chooses_network(compose_file);
-    walls.name_server = params_.name_server;
-    walls.limits = params_.limits;
+        facts_.network.reach != ProcessNetwork::Reach::host && !core::chooses_network(compose_file);
+    walls.name_server = facts_.name_server;
+    walls.limits = facts_.limits;
     walls.token = hooks_.new_token();
     walls.builds_without_network = walls.own_network && confines_build;
-    walls.controller_builds_without_network = walls.own_network && competes && !params_.config.build_network;
+    walls.controller_builds_without_network = walls.own_network && competes && !config_.build_network;
     return walls;
 }
 
 std::filesystem::path DockerProjectFiles::display_socket() const
 {
-    auto const socket = core::display_socket(params_.display);
+    auto const socket = core::display_socket(facts_.display);
     return hooks_.exists && hooks_.exists(socket) ? socket : std::filesystem::path();
 }
 
 result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const& spec, std::uint16_t port,
                                                                 std::string const& runtime) const
 {
-    auto image = core::default_docker_image(params_.config.images, spec.world_header);
+    auto image = core::default_docker_image(config_.images, spec.world_header);
     if (!image)
         return image.error();
     core::DockerEnvironment environment;
     environment.image = std::move(*image);
     environment.port = port;
-    environment.project = core::compose_project(params_.identity, spec.label, hooks_.new_token());
-    environment.server = params_.identity;
+    environment.project = core::compose_project(facts_.identity, spec.label, hooks_.new_token());
+    environment.server = facts_.identity;
     environment.world = spec.world.filename().string();
     environment.stream_mode = spec.mode;
     environment.names_extern_robots =
         spec.names_extern_robots && core::can_name_extern_robots(spec.world_header);
-    environment.display = params_.display;
-    environment.own_display = params_.own_displays;
+    environment.display = facts_.display;
+    environment.own_display = facts_.own_displays;
     environment.runtime = runtime;
-    environment.graphics_device = params_.graphics_device;
-    if (params_.launching.gateway)
+    environment.graphics_device = facts_.graphics_device;
+    if (launching_.gateway)
         environment.port_prefix = "127.0.0.1:";
     return environment;
 }
@@ -151,9 +151,9 @@ result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const
 core::DockerfileTerms DockerProjectFiles::dockerfile_terms(core::DockerEnvironment const& environment) const
 {
     core::DockerfileTerms terms;
-    terms.images = params_.config.images;
+    terms.images = config_.images;
     terms.default_image = environment.image;
-    terms.server = params_.identity;
+    terms.server = facts_.identity;
     return terms;
 }
 
@@ -164,7 +164,7 @@ asio::awaitable<result<>> DockerProjectFiles::check_bases(std::vector<std::strin
         auto ask = core::list_triggers(base);
         auto triggers = co_await commands_.docker(std::move(ask));
         if (!triggers) {
-            Names pull{params_.docker.string(), "pull", "--quiet", base};
+            Names pull{facts_.docker.string(), "pull", "--quiet", base};
             auto const pulled = co_await commands_.run_long(std::move(pull));
             if (!pulled)
                 co_return core::refused(core::Refused::image_not_fetched,
@@ -195,12 +195,12 @@ DockerProjectFiles::choose_dockerfile(core::ProjectTexts const& texts, bool own,
 asio::awaitable<result<std::string>> DockerProjectFiles::read_template(std::string name)
 {
     Names names{name};
-    auto texts = co_await files_.read(params_.config.directory, std::move(names));
+    auto texts = co_await files_.read(config_.directory, std::move(names));
     if (!texts)
         co_return texts.error();
     if (!texts->front())
         co_return core::refused(core::Refused::no_docker_template,
-                                {{"file", name}, {"folder", params_.config.directory.string()}});
+                                {{"file", name}, {"folder", config_.directory.string()}});
     co_return std::move(*texts->front());
 }
 
@@ -216,7 +216,7 @@ DockerProjectFiles::competition_files(LaunchSpec const& spec, core::DockerfileTe
     texts.world = project->at(0);
     texts.controller_dockerfile = project->at(1);
     Names launcher{core::controller_launcher};
-    auto const ours = co_await files_.read(params_.config.directory, std::move(launcher));
+    auto const ours = co_await files_.read(config_.directory, std::move(launcher));
     if (!ours)
         co_return ours.error();
     texts.launcher = ours->front();

@@ -36,9 +36,11 @@ struct ContainerProject
 class DockerProjectFiles
 {
 public:
-    DockerProjectFiles(DockerModeParams const& params, TextFiles& files, DockerCommands const& commands,
+    DockerProjectFiles(DockerConfig const& config, SimulationLauncherConfig const& launching,
+                       DockerFacts const& facts, TextFiles& files, DockerCommands const& commands,
                        DockerModeHooks hooks)
-        : params_(params), files_(files), commands_(commands), hooks_(std::move(hooks))
+        : config_(config), launching_(launching), facts_(facts), files_(files), commands_(commands),
+          hooks_(std::move(hooks))
     {}
 
     /// Reads the project and our templates, and writes what compose needs. `runtime` is what runs the
@@ -61,7 +63,9 @@ private:
     boost::asio::awaitable<result<core::ProjectDockerfile>>
     choose_dockerfile(core::ProjectTexts const& texts, bool own, core::DockerfileTerms const& terms);
 
-    DockerModeParams const& params_;
+    DockerConfig const& config_;
+    SimulationLauncherConfig const& launching_;
+    DockerFacts const& facts_;
     TextFiles& files_;
     DockerCommands const& commands_;
     DockerModeHooks hooks_;

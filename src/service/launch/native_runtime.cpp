@@ -16,26 +16,28 @@ namespace {
 class NativeRuntime final : public SimulatorRuntime
 {
 public:
-    explicit NativeRuntime(SimulationLauncherParams const& params) : params_(params) {}
+    NativeRuntime(SimulationLauncherConfig const& config, SimulationLauncherFacts const& facts)
+        : config_(config), facts_(facts)
+    {}
 
     asio::awaitable<result<LaunchPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
     {
         LaunchPlan plan;
         plan.process = process_for(spec, port);
-        bool const is_confined = !params_.sandbox.is_none();
+        bool const is_confined = !facts_.sandbox.is_none();
         // The firejail of old releases may get no namespaces, and so no folder of displays either.
         bool const has_display =
-            !params_.private_display.server.empty() && (is_confined || !plan.process.set_user_id);
+            !facts_.private_display.server.empty() && (is_confined || !plan.process.set_user_id);
         // The log has the command without all that is put around it now.
         if (is_confined || has_display)
             plan.command = in_one_line(plan.process.argv);
         // Each wraps what stands before: the display is around Webots, the sandbox around both, and all of it
         // runs as the user.
         if (has_display)
-            give_display(plan.process, params_.private_display);
+            give_display(plan.process, facts_.private_display);
         if (is_confined)
-            confine(plan.process, params_.sandbox, spec.instance, port);
-        run_as(plan.process, params_.sandbox, core::own_user_number(params_.sandbox.user, turn_++, port),
+            confine(plan.process, facts_.sandbox, spec.instance, port);
+        run_as(plan.process, facts_.sandbox, core::own_user_number(facts_.sandbox.user, turn_++, port),
                spec.instance);
         co_return plan;
     }
@@ -63,32 +65,33 @@ public:
 private:
     ProcessSpec process_for(LaunchSpec const& spec, std::uint16_t port) const;
 
-    SimulationLauncherParams const& params_;
+    SimulationLauncherConfig const& config_;
+    SimulationLauncherFacts const& facts_;
     std::uint64_t turn_ = 0; ///< Of user numbers.
 };
 
 ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t port) const
 {
     ProcessSpec process;
-    process.environment = core::simulator_environment(params_.environment,
-                                                      params_.config.simulator_environment, params_.display);
+    process.environment =
+        core::simulator_environment(facts_.environment, config_.simulator_environment, facts_.display);
     process.directory = spec.world.parent_path();
-    process.grace = params_.grace;
-    process.limits = params_.limits;
+    process.grace = config_.grace;
+    process.limits = facts_.limits;
     if (spec.old_command_line) {
         core::OldStream stream;
         stream.picture = core::is_video(spec.mode);
         stream.controller_edit = spec.controller_edit;
-        stream.ssl = params_.old_webots_tls;
-        stream.multimedia_server = params_.config.multimedia_server;
-        stream.multimedia_stream = params_.config.multimedia_stream;
-        process.argv = core::old_webots_command(params_.webots, stream, port, spec.world);
+        stream.ssl = facts_.old_webots_tls;
+        stream.multimedia_server = config_.multimedia_server;
+        stream.multimedia_stream = config_.multimedia_stream;
+        process.argv = core::old_webots_command(facts_.webots, stream, port, spec.world);
         auto const& [sandbox, on] = core::old_webots_sandbox;
         core::set_variable(process.environment, sandbox, on);
         process.set_user_id = true; // the sandbox is a set-user-ID program
     } else {
         process.argv =
-            core::webots_command(params_.webots, spec.mode, port, spec.world, spec.names_extern_robots);
+            core::webots_command(facts_.webots, spec.mode, port, spec.world, spec.names_extern_robots);
     }
     return process;
 }
@@ -97,26 +100,25 @@ ProcessSpec NativeRuntime::compiler(LaunchPlan const& plan, std::filesystem::pat
                                     ControllerSources const& sources)
 {
     ProcessSpec process;
-    process.argv = core::compile_command(params_.compiler.make, params_.compiler.home, sources.folder,
+    process.argv = core::compile_command(facts_.compiler.make, facts_.compiler.home, sources.folder,
                                          sources.has_makefile);
-    process.environment =
-        core::simulator_environment(params_.environment, params_.config.simulator_environment, {});
+    process.environment = core::simulator_environment(facts_.environment, config_.simulator_environment, {});
     process.directory = sources.folder;
     process.grace = Duration::zero(); // it has nothing to save
-    process.limits = params_.limits;
-    if (!params_.sandbox.is_none()) {
-        auto sandbox = params_.sandbox;
-        sandbox.read_only.push_back(params_.compiler.home);
+    process.limits = facts_.limits;
+    if (!facts_.sandbox.is_none()) {
+        auto sandbox = facts_.sandbox;
+        sandbox.read_only.push_back(facts_.compiler.home);
         confine(process, sandbox, instance, 0);
         // A compiler fetches nothing, so no network is made for it.
         if (process.network.reach == ProcessNetwork::Reach::internet)
             process.network.reach = ProcessNetwork::Reach::none;
     }
-    for (auto const& [name, value] : core::compile_variables(params_.compiler.home))
+    for (auto const& [name, value] : core::compile_variables(facts_.compiler.home))
         core::set_variable(process.environment, name, value);
     // It writes into the folder of the simulation, which is that user's.
     if (plan.process.user)
-        run_beside(process, params_.sandbox, *plan.process.user, instance);
+        run_beside(process, facts_.sandbox, *plan.process.user, instance);
     return process;
 }
 
@@ -130,9 +132,10 @@ std::string in_one_line(std::vector<std::string> const& argv)
     return line;
 }
 
-std::unique_ptr<SimulatorRuntime> make_native_runtime(SimulationLauncherParams const& params)
+std::unique_ptr<SimulatorRuntime> make_native_runtime(SimulationLauncherConfig const& config,
+                                                      SimulationLauncherFacts const& facts)
 {
-    return std::make_unique<NativeRuntime>(params);
+    return std::make_unique<NativeRuntime>(config, facts);
 }
 
 } // namespace webots_cloud

@@ -46,15 +46,16 @@ std::string describe(ExitStatus const& status)
 
 } // namespace
 
-RunningSimulation::RunningSimulation(SimulationLauncherParams const& params, PortLease lease,
+RunningSimulation::RunningSimulation(SimulationLauncherConfig const& config,
+                                     SimulationLauncherFacts const& facts, PortLease lease,
                                      std::unique_ptr<Process> process, ProcessHost& processes, Clock& clock,
                                      Logger log, LaunchSpec spec, SimulatorRuntime& runtime, LaunchPlan plan)
     : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
       log_(std::move(log)), label_(std::move(spec.label)), instance_(std::move(spec.instance)),
-      simulator_home_(params.compiler.home), output_(std::move(spec.output)), runtime_(runtime),
-      plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
-      names_extern_robots_(spec.names_extern_robots), limits_(params.limits),
-      state_(clock.now(), params.config.start_timeout, params.config.timeout, params.config.extendable)
+      simulator_home_(facts.compiler.home), output_(std::move(spec.output)), runtime_(runtime),
+      plan_(std::move(plan)), through_gateway_(uses_gateway(config, facts, spec)),
+      names_extern_robots_(spec.names_extern_robots), limits_(facts.limits),
+      state_(clock.now(), config.start_timeout, config.timeout, config.extendable)
 {
     if (!plan_.job.empty())
         limits_.memory = plan_.job_memory;

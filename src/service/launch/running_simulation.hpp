@@ -32,9 +32,10 @@
 namespace webots_cloud {
 
 /// Webots that speaks TLS itself is spoken to by browsers themselves.
-inline bool uses_gateway(SimulationLauncherParams const& params, LaunchSpec const& spec)
+inline bool uses_gateway(SimulationLauncherConfig const& config, SimulationLauncherFacts const& facts,
+                         LaunchSpec const& spec)
 {
-    return params.config.gateway && !(spec.old_command_line && params.old_webots_tls);
+    return config.gateway && !(spec.old_command_line && facts.old_webots_tls);
 }
 
 /// A port of the pool, given back when destroyed.
@@ -60,9 +61,9 @@ private:
 class RunningSimulation final : public Simulation
 {
 public:
-    RunningSimulation(SimulationLauncherParams const& params, PortLease lease,
-                      std::unique_ptr<Process> process, ProcessHost& processes, Clock& clock, Logger log,
-                      LaunchSpec spec, SimulatorRuntime& runtime, LaunchPlan plan);
+    RunningSimulation(SimulationLauncherConfig const& config, SimulationLauncherFacts const& facts,
+                      PortLease lease, std::unique_ptr<Process> process, ProcessHost& processes, Clock& clock,
+                      Logger log, LaunchSpec spec, SimulatorRuntime& runtime, LaunchPlan plan);
 
     boost::asio::awaitable<result<SimulationEvent>> next_event() override;
     void terminate() noexcept override { stop(Failure(errc::closed)); }

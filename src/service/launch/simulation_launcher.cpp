@@ -18,26 +18,28 @@ namespace {
 
 using core::concat;
 
-std::unique_ptr<SimulatorRuntime> make_runtime(SimulationLauncherParams const& params, DockerMode* docker,
+std::unique_ptr<SimulatorRuntime> make_runtime(SimulationLauncherConfig const& config,
+                                               SimulationLauncherFacts const& facts, DockerMode* docker,
                                                SlurmMode* slurm)
 {
     if (docker)
         return make_docker_runtime(*docker);
-    return slurm ? make_slurm_runtime(params, *slurm) : make_native_runtime(params);
+    return slurm ? make_slurm_runtime(config, facts, *slurm) : make_native_runtime(config, facts);
 }
 
 } // namespace
 
 struct SimulationLauncher::Impl
 {
-    Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger,
-         DockerMode* docker, SlurmMode* slurm)
-        : params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)),
-          runtime(make_runtime(params, docker, slurm)),
-          ports(params.first_port, params.config.max_simulations)
+    Impl(SimulationLauncherConfig wanted, SimulationLauncherFacts found, ProcessHost& host, Clock& time,
+         Logger logger, DockerMode* docker, SlurmMode* slurm)
+        : config(std::move(wanted)), facts(std::move(found)), processes(host), clock(time),
+          log(std::move(logger)), runtime(make_runtime(config, facts, docker, slurm)),
+          ports(facts.first_port, config.max_simulations)
     {}
 
-    SimulationLauncherParams params;
+    SimulationLauncherConfig const config;
+    SimulationLauncherFacts const facts;
     ProcessHost& processes;
     Clock& clock;
     Logger log;
@@ -45,9 +47,11 @@ struct SimulationLauncher::Impl
     core::PortPool ports;
 };
 
-SimulationLauncher::SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock,
-                                       Logger log, DockerMode* docker, SlurmMode* slurm)
-    : impl_(std::make_unique<Impl>(std::move(params), processes, clock, std::move(log), docker, slurm))
+SimulationLauncher::SimulationLauncher(SimulationLauncherConfig config, SimulationLauncherFacts facts,
+                                       ProcessHost& processes, Clock& clock, Logger log, DockerMode* docker,
+                                       SlurmMode* slurm)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(facts), processes, clock, std::move(log),
+                                   docker, slurm))
 {}
 
 SimulationLauncher::~SimulationLauncher() = default;
@@ -81,9 +85,9 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
 
     // In a network of its own it is reached by a socket in a folder of ours, so that no port of this machine
     // leads to it past the gateway.
-    if (uses_gateway(impl_->params, spec) && !impl_->params.brokers.empty() &&
+    if (uses_gateway(impl_->config, impl_->facts, spec) && !impl_->facts.brokers.empty() &&
         plan->process.network.reach != ProcessNetwork::Reach::host)
-        plan->process.network.broker = impl_->params.brokers / std::to_string(*port);
+        plan->process.network.broker = impl_->facts.brokers / std::to_string(*port);
     hold.reset(); // as late as possible: from now on the simulator can take the port
     auto process = plan->process;
     auto started = co_await impl_->processes.start(std::move(process));
@@ -97,9 +101,9 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     impl_->log.info(LogCause("launch"),
                     concat("[", spec.label, "] Webots [", std::to_string((*started)->id()), "] started: \"",
                            core::printable(command, 1024), "\""));
-    co_return std::make_unique<RunningSimulation>(impl_->params, std::move(lease), std::move(*started),
-                                                  impl_->processes, impl_->clock, impl_->log, std::move(spec),
-                                                  *impl_->runtime, std::move(*plan));
+    co_return std::make_unique<RunningSimulation>(
+        impl_->config, impl_->facts, std::move(lease), std::move(*started), impl_->processes, impl_->clock,
+        impl_->log, std::move(spec), *impl_->runtime, std::move(*plan));
 }
 
 std::size_t SimulationLauncher::running() const noexcept
@@ -107,9 +111,14 @@ std::size_t SimulationLauncher::running() const noexcept
     return impl_->ports.lent();
 }
 
-SimulationLauncherParams const& SimulationLauncher::params() const noexcept
+SimulationLauncherConfig const& SimulationLauncher::config() const noexcept
 {
-    return impl_->params;
+    return impl_->config;
+}
+
+SimulationLauncherFacts const& SimulationLauncher::facts() const noexcept
+{
+    return impl_->facts;
 }
 
 } // namespace webots_cloud

@@ -103,8 +103,9 @@ std::string in_one_line(std::vector<std::string> const& argv);
 
 /// Processes of this machine.
 ///
-/// Lifetime: `params` must outlive it.
-std::unique_ptr<SimulatorRuntime> make_native_runtime(SimulationLauncherParams const& params);
+/// Lifetime: `config` and `facts` must outlive it.
+std::unique_ptr<SimulatorRuntime> make_native_runtime(SimulationLauncherConfig const& config,
+                                                      SimulationLauncherFacts const& facts);
 
 /// Containers.
 ///
@@ -113,8 +114,8 @@ std::unique_ptr<SimulatorRuntime> make_docker_runtime(DockerMode& docker);
 
 /// Jobs of a Slurm cluster.
 ///
-/// Lifetime: `params` and `slurm` must outlive it.
-std::unique_ptr<SimulatorRuntime> make_slurm_runtime(SimulationLauncherParams const& params,
-                                                     SlurmMode& slurm);
+/// Lifetime: everything passed by reference must outlive it.
+std::unique_ptr<SimulatorRuntime> make_slurm_runtime(SimulationLauncherConfig const& config,
+                                                     SimulationLauncherFacts const& facts, SlurmMode& slurm);
 
 } // namespace webots_cloud

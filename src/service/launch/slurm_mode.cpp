@@ -35,8 +35,9 @@ bool is_numeric(std::string_view address)
 
 struct SlurmMode::Impl
 {
-    Impl(SlurmModeParams parameters, ProcessHost& host, Clock& time, Logger logger)
-        : params(std::move(parameters)), processes(host), clock(time), log(std::move(logger))
+    Impl(SlurmConfig wanted, SlurmFacts found, ProcessHost& host, Clock& time, Logger logger)
+        : config(std::move(wanted)), facts(std::move(found)), processes(host), clock(time),
+          log(std::move(logger))
     {}
 
     asio::awaitable<result<std::string>> run(std::filesystem::path program,
@@ -49,7 +50,8 @@ struct SlurmMode::Impl
     asio::awaitable<void> end(std::vector<std::string> jobs);
     core::Environment environment() const;
 
-    SlurmModeParams params;
+    SlurmConfig config;
+    SlurmFacts const facts;
     ProcessHost& processes;
     Clock& clock;
     Logger log;
@@ -66,7 +68,7 @@ struct SlurmMode::Impl
 core::Environment SlurmMode::Impl::environment() const
 {
     core::Environment wanted;
-    for (auto const& variable : params.environment)
+    for (auto const& variable : facts.environment)
         if (variable.first == "SLURM_CONF")
             wanted.push_back(variable);
     return wanted;
@@ -78,7 +80,7 @@ asio::awaitable<result<std::string>> SlurmMode::Impl::run(std::filesystem::path 
     ProcessSpec spec;
     spec.environment = environment();
     for (std::string_view const name : {"PATH", "HOME"})
-        core::set_variable(spec.environment, name, core::value_of(params.environment, name));
+        core::set_variable(spec.environment, name, core::value_of(facts.environment, name));
     spec.environment.emplace_back("SLURM_TIME_FORMAT", core::slurm_time_format);
     spec.argv = std::move(arguments);
     spec.argv.insert(spec.argv.begin(), program.native());
@@ -88,12 +90,12 @@ asio::awaitable<result<std::string>> SlurmMode::Impl::run(std::filesystem::path 
 /// Which partition is Slurm's default, and whether all that the operator names are there.
 asio::awaitable<result<>> SlurmMode::Impl::find_partitions()
 {
-    auto const printed = co_await run(params.sinfo, core::partition_arguments());
+    auto const printed = co_await run(facts.sinfo, core::partition_arguments());
     if (!printed)
         co_return Failure(errc::unavailable, concat("Slurm does not answer: ", printed.error().message()));
     auto const partitions = core::parse_partitions(*printed);
-    core::name_partitions(params.config, partitions.standard);
-    for (auto const& name : core::partitions_of(params.config)) {
+    core::name_partitions(config, partitions.standard);
+    for (auto const& name : core::partitions_of(config)) {
         if (name.empty())
             co_return Failure(errc::not_found, "Slurm has no default partition: name one with "
                                                "\"partition\" of \"launcher\".");
@@ -107,7 +109,7 @@ asio::awaitable<result<>> SlurmMode::Impl::find_partitions()
 
 asio::awaitable<result<>> SlurmMode::Impl::look_at_nodes()
 {
-    auto const printed = co_await run(params.sinfo, core::node_arguments(core::partitions_of(params.config)));
+    auto const printed = co_await run(facts.sinfo, core::node_arguments(core::partitions_of(config)));
     if (!printed)
         co_return printed.error();
     nodes = core::parse_nodes(*printed);
@@ -119,14 +121,13 @@ asio::awaitable<result<>> SlurmMode::Impl::look_at_nodes()
 asio::awaitable<result<>> SlurmMode::Impl::look_at_jobs()
 {
     auto const known = jobs; // jobs that come meanwhile may not be in the table
-    auto const printed =
-        co_await run(params.squeue, core::queue_arguments(core::partitions_of(params.config)));
+    auto const printed = co_await run(facts.squeue, core::queue_arguments(core::partitions_of(config)));
     if (!printed)
         co_return printed.error();
     queue = core::parse_queue(*printed);
     auto known_now = jobs;
     known_now.insert(known_now.end(), known.begin(), known.end());
-    bool const has_left_overs = !core::strangers(queue, params.identity, known_now).empty();
+    bool const has_left_overs = !core::strangers(queue, facts.identity, known_now).empty();
     // A job that came or went while the table was made may be in it or not: then the next one tells.
     may_have_left_overs = has_left_overs || known != jobs;
     if (has_left_overs)
@@ -138,12 +139,11 @@ asio::awaitable<result<>> SlurmMode::Impl::look_at_jobs()
 /// what is ended is looked up among our own.
 asio::awaitable<void> SlurmMode::Impl::end_left_overs(std::vector<std::string> known)
 {
-    auto const printed =
-        co_await run(params.squeue, core::own_queue_arguments(core::partitions_of(params.config)));
+    auto const printed = co_await run(facts.squeue, core::own_queue_arguments(core::partitions_of(config)));
     if (!printed)
         co_return;
     known.insert(known.end(), jobs.begin(), jobs.end()); // some may have come meanwhile
-    auto left = core::strangers(core::parse_queue(*printed), params.identity, known);
+    auto left = core::strangers(core::parse_queue(*printed), facts.identity, known);
     if (!left.empty())
         co_await end(std::move(left));
 }
@@ -152,7 +152,7 @@ asio::awaitable<void> SlurmMode::Impl::end(std::vector<std::string> left)
 {
     log.info(LogCause("left-overs"), concat("Slurm: ends ", std::to_string(left.size()),
                                             " jobs of this server that nobody waits for"));
-    auto const ended = co_await run(params.scancel, core::cancel_arguments(std::move(left)));
+    auto const ended = co_await run(facts.scancel, core::cancel_arguments(std::move(left)));
     if (!ended)
         log.warning(LogCause("left-overs"), concat("Slurm: jobs can't be ended: ", ended.error().message()));
 }
@@ -168,24 +168,25 @@ asio::awaitable<void> SlurmMode::Impl::look()
         log.info(LogCause("slurm"), "Slurm answers again");
 }
 
-SlurmMode::SlurmMode(SlurmModeParams params, ProcessHost& processes, Clock& clock, Logger log)
-    : impl_(std::make_unique<Impl>(std::move(params), processes, clock, std::move(log)))
+SlurmMode::SlurmMode(SlurmConfig config, SlurmFacts facts, ProcessHost& processes, Clock& clock, Logger log)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(facts), processes, clock, std::move(log)))
 {}
 
 SlurmMode::~SlurmMode() = default;
 
 asio::awaitable<result<>> SlurmMode::open()
 {
-    auto const& params = impl_->params;
+    auto const& config = impl_->config;
+    auto const& facts = impl_->facts;
     for (auto const& [name, program] :
-         {std::pair<std::string_view, std::filesystem::path>("srun", params.srun),
-          {"scancel", params.scancel},
-          {"squeue", params.squeue},
-          {"sinfo", params.sinfo}})
+         {std::pair<std::string_view, std::filesystem::path>("srun", facts.srun),
+          {"scancel", facts.scancel},
+          {"squeue", facts.squeue},
+          {"sinfo", facts.sinfo}})
         if (program.empty())
             co_return Failure(errc::not_found,
                               concat(name, " is not installed, which \"launcher\" needs (slurm-client)."));
-    if (!params.config.copy_to.empty() && params.tar.empty())
+    if (!config.copy_to.empty() && facts.tar.empty())
         co_return Failure(errc::not_found, "tar is not installed, which \"copyTo\" of \"launcher\" needs.");
     // All that can be wrong is asked now, so that the operator is told at the start, and not the first
     // browser.
@@ -197,7 +198,7 @@ asio::awaitable<result<>> SlurmMode::open()
         found = co_await impl_->look_at_jobs();
     if (!found)
         co_return Failure(errc::unavailable, concat("Slurm does not answer: ", found.error().message()));
-    auto const partitions = core::partitions_of(params.config);
+    auto const partitions = core::partitions_of(config);
     impl_->log.info(concat("Simulations are jobs of Slurm, in ",
                            core::join({partitions.begin(), partitions.end()}, ", "), ": ",
                            std::to_string(impl_->nodes.size()), " nodes, ",
@@ -208,22 +209,27 @@ asio::awaitable<result<>> SlurmMode::open()
 asio::awaitable<result<>> SlurmMode::run()
 {
     for (;;) {
-        auto const waited = co_await impl_->clock.wait_until(impl_->clock.now() + impl_->params.interval);
+        auto const waited = co_await impl_->clock.wait_until(impl_->clock.now() + impl_->config.interval);
         if (!waited)
             co_return waited;
         co_await impl_->look();
     }
 }
 
-SlurmModeParams const& SlurmMode::params() const noexcept
+SlurmConfig const& SlurmMode::config() const noexcept
 {
-    return impl_->params;
+    return impl_->config;
+}
+
+SlurmFacts const& SlurmMode::facts() const noexcept
+{
+    return impl_->facts;
 }
 
 std::string SlurmMode::new_job(std::string_view label)
 {
     auto name =
-        concat(impl_->params.identity, impl_->params.run, "_", label, "_", std::to_string(++impl_->turn));
+        concat(impl_->facts.identity, impl_->facts.run, "_", label, "_", std::to_string(++impl_->turn));
     impl_->jobs.push_back(name);
     return name;
 }
@@ -255,7 +261,7 @@ asio::awaitable<result<std::string>> SlurmMode::address_of(std::string node)
     result<std::string> printed;
     if (!address.empty()) {
         std::vector<std::string> arguments{"ahosts", address};
-        printed = co_await impl_->run(impl_->params.getent, std::move(arguments));
+        printed = co_await impl_->run(impl_->facts.getent, std::move(arguments));
         first = printed ? core::split(*printed, ' ').front() : first;
     }
     if (!is_numeric(first))

@@ -33,16 +33,17 @@ fs::path project_folder(LaunchSpec const& spec)
 class SlurmRuntime final : public SimulatorRuntime
 {
 public:
-    SlurmRuntime(SimulationLauncherParams const& params, SlurmMode& slurm)
-        : params_(params), slurm_(slurm), native_(make_native_runtime(params))
+    SlurmRuntime(SimulationLauncherConfig const& config, SimulationLauncherFacts const& facts,
+                 SlurmMode& slurm)
+        : config_(config), facts_(facts), slurm_(slurm), native_(make_native_runtime(config, facts))
     {}
 
     asio::awaitable<result<LaunchPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
     {
-        auto const& params = slurm_.params();
+        auto const& copy_to = slurm_.config().copy_to;
         auto const name = slurm_.new_job(spec.label);
-        bool const is_copied = !params.config.copy_to.empty();
-        auto const folder = is_copied ? core::job_folder(params.config.copy_to, name) : fs::path();
+        bool const is_copied = !copy_to.empty();
+        auto const folder = is_copied ? core::job_folder(copy_to, name) : fs::path();
         // The native command is made with the paths that the node will see.
         auto seen = spec;
         for (auto* path : {&seen.instance, &seen.root, &seen.world})
@@ -58,17 +59,17 @@ public:
         auto& process = plan->process;
         if (plan->command.empty())
             plan->command = in_one_line(process.argv);
-        auto const& job = core::job_for(params.config, spec.mode, spec.needed_labels);
+        auto const& job = core::job_for(slurm_.config(), spec.mode, spec.needed_labels);
         plan->job_memory = job.memory;
         process.remote.command =
-            core::srun_command(params.srun, job, plan->job, core::job_time_limit(params_.config), is_copied);
+            core::srun_command(slurm_.facts().srun, job, plan->job, core::job_time_limit(config_), is_copied);
         process.remote.first_port = port;
         process.remote.last_port =
             static_cast<std::uint16_t>(std::min(port + core::ports_tried_by_webots, 65535));
         for (auto& variable : slurm_.environment())
             process.environment.push_back(std::move(variable));
         // By its name: it runs also where we have died, and nobody may have read the number of the job.
-        process.cleanup_command = {params.scancel.native(), "--quiet", "--name=" + plan->job};
+        process.cleanup_command = {slurm_.facts().scancel.native(), "--quiet", "--name=" + plan->job};
         co_return plan;
     }
 
@@ -99,18 +100,17 @@ public:
     /// A second program in the job gets the file as the job has got its project, and puts it into that.
     ProcessSpec put_back(LaunchPlan const& plan, std::string_view number, fs::path const& file) override
     {
-        auto const& params = slurm_.params();
         auto const& to = plan.process.remote.copied_to;
         ProcessSpec process;
         if (to.empty())
             return process;
         auto from = to;
         from += core::concat(".", std::to_string(++turn_));
-        process.argv = {params.guard.native(), "--put", from.native(), to.native(),
+        process.argv = {slurm_.facts().guard.native(), "--put", from.native(), to.native(),
                         file.relative_path().native()};
         process.environment = plan.process.environment;
         process.directory = "/";
-        process.remote.command = core::step_command(params.srun, number);
+        process.remote.command = core::step_command(slurm_.facts().srun, number);
         process.remote.first_port = plan.process.remote.first_port;
         process.remote.last_port = plan.process.remote.last_port;
         process.remote.copied = {file};
@@ -121,7 +121,8 @@ public:
 private:
     void copy(ProcessSpec& process, LaunchSpec const& spec, fs::path const& folder) const;
 
-    SimulationLauncherParams const& params_;
+    SimulationLauncherConfig const& config_;
+    SimulationLauncherFacts const& facts_;
     SlurmMode& slurm_;
     std::unique_ptr<SimulatorRuntime> native_;
     std::uint64_t turn_ = 0; ///< Of files that were put back.
@@ -133,7 +134,7 @@ void SlurmRuntime::copy(ProcessSpec& process, LaunchSpec const& spec, fs::path c
     auto& remote = process.remote;
     remote.copied_to = folder;
     remote.copied = {project_folder(spec)};
-    auto const& sandbox = params_.sandbox;
+    auto const& sandbox = facts_.sandbox;
     if (sandbox.is_none()) {
         core::remove_variable(process.environment, "TMPDIR"); // ours
         return;
@@ -160,9 +161,10 @@ void SlurmRuntime::copy(ProcessSpec& process, LaunchSpec const& spec, fs::path c
 
 } // namespace
 
-std::unique_ptr<SimulatorRuntime> make_slurm_runtime(SimulationLauncherParams const& params, SlurmMode& slurm)
+std::unique_ptr<SimulatorRuntime> make_slurm_runtime(SimulationLauncherConfig const& config,
+                                                     SimulationLauncherFacts const& facts, SlurmMode& slurm)
 {
-    return std::make_unique<SlurmRuntime>(params, slurm);
+    return std::make_unique<SlurmRuntime>(config, facts, slurm);
 }
 
 } // namespace webots_cloud

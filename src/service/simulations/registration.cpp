@@ -28,10 +28,10 @@ constexpr auto max_pause = std::chrono::minutes(10);
 
 struct Registration::Impl
 {
-    Impl(std::vector<std::string> others, std::string own_url, RepositoryRules rules, HttpClient& client,
-         Clock& time, Logger logger)
-        : registries(std::move(others)), url(std::move(own_url)), repositories(std::move(rules)),
-          http(client), clock(time), log(std::move(logger))
+    Impl(SimulationServiceConfig const& config, std::string own_url, HttpClient& client, Clock& time,
+         Logger logger)
+        : registries(config.notify), url(std::move(own_url)), repositories(config.repositories), http(client),
+          clock(time), log(std::move(logger))
     {}
 
     std::string form() const
@@ -50,18 +50,17 @@ struct Registration::Impl
     std::optional<async::Wakeup> changed; ///< There while it runs.
 };
 
-Registration::Registration(std::vector<std::string> registries, std::string url, RepositoryRules repositories,
-                           HttpClient& http, Clock& clock, Logger log)
-    : impl_(std::make_unique<Impl>(std::move(registries), std::move(url), std::move(repositories), http,
-                                   clock, std::move(log)))
+Registration::Registration(SimulationServiceConfig const& config, std::string url, HttpClient& http,
+                           Clock& clock, Logger log)
+    : impl_(std::make_unique<Impl>(config, std::move(url), http, clock, std::move(log)))
 {}
 
 Registration::~Registration() = default;
 
-void Registration::apply(RepositoryRules repositories)
+void Registration::apply(SimulationServiceConfig const& config)
 {
     auto const known = impl_->form();
-    impl_->repositories = std::move(repositories);
+    impl_->repositories = config.repositories;
     if (impl_->changed && impl_->form() != known)
         impl_->changed->notify();
 }

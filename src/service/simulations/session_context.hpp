@@ -25,14 +25,15 @@ class Stager;
 /// What the sessions of a server share.
 struct SessionContext
 {
-    SessionContext(SimulationServiceParams const& service_params, SimulationServiceHooks const& service_hooks,
-                   ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger,
-                   core::AdmissionLimits limits)
-        : params(service_params), hooks(service_hooks), fetcher(projects), launcher(simulators), clock(time),
-          log(std::move(logger)), admission(limits)
+    SessionContext(SimulationServiceConfig const& service_config, SimulationServiceFacts const& service_facts,
+                   SimulationServiceHooks const& service_hooks, ProjectFetcher& projects,
+                   SimulationLauncher& simulators, Clock& time, Logger logger, core::AdmissionLimits limits)
+        : config(service_config), facts(service_facts), hooks(service_hooks), fetcher(projects),
+          launcher(simulators), clock(time), log(std::move(logger)), admission(limits)
     {}
 
-    SimulationServiceParams const& params;
+    SimulationServiceConfig const& config;
+    SimulationServiceFacts const& facts;
     SimulationServiceHooks const& hooks;
 
     ProjectFetcher& fetcher;

@@ -41,7 +41,7 @@ void SimulationGateway::open(SimulationReady const& ready, core::SimulationReque
     address_token_ = context_.hooks.new_address_token();
     if (takes_controllers(context_, request))
         controller_key_ = context_.hooks.new_address_token().substr(0, core::controller_key_length);
-    tunnels_ = std::make_shared<TunnelGroup>(context_.params.config.traffic_limit);
+    tunnels_ = std::make_shared<TunnelGroup>(context_.config.traffic_limit);
 }
 
 void SimulationGateway::send_address(Channel& channel) const
@@ -52,7 +52,7 @@ void SimulationGateway::send_address(Channel& channel) const
         AskedAddress by_host;
         by_host.host = asked_.host;
         (void)channel.send(
-            core::webots_message(core::reached_at(context_.params.address, by_host), ready_.port));
+            core::webots_message(core::reached_at(context_.facts.address, by_host), ready_.port));
     }
 }
 
@@ -65,7 +65,7 @@ void SimulationGateway::tell_controllers(Channel& channel) const
 void SimulationGateway::tell_controller(std::size_t robot, Channel& channel) const
 {
     auto const& name = extern_robots_.names().at(robot);
-    auto const& config = context_.params.config;
+    auto const& config = context_.config;
     if (controller_key_.empty()) {
         (void)channel.send(core::no_controller_message(name));
         return;
@@ -79,7 +79,7 @@ void SimulationGateway::tell_controller(std::size_t robot, Channel& channel) con
 /// Where its browser reaches this server, `ws://...`.
 std::string SimulationGateway::reached_at() const
 {
-    return public_base_.empty() ? core::public_base(core::reached_at(context_.params.address, asked_))
+    return public_base_.empty() ? core::public_base(core::reached_at(context_.facts.address, asked_))
                                 : public_base_;
 }
 
@@ -124,7 +124,7 @@ Forward SimulationGateway::forward(core::GatewayPath const& path, IncomingReques
                         : std::nullopt;
         if (!base)
             base = core::public_base(core::reached_at(
-                context_.params.address, core::asked_address(request.headers, request.is_from_proxy)));
+                context_.facts.address, core::asked_address(request.headers, request.is_from_proxy)));
         forward.headers.emplace_back("Host", core::gateway_authority(*base, address_token_, ready_.port));
         // Webots says so of files, but not of pictures, which pages read to notice when they grow old.
         forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
@@ -144,7 +144,7 @@ ControllerWay SimulationGateway::way_of_controller(std::string_view robot) const
 void SimulationGateway::limit_traffic()
 {
     if (tunnels_)
-        tunnels_->set_limit(context_.params.config.traffic_limit);
+        tunnels_->set_limit(context_.config.traffic_limit);
 }
 
 void SimulationGateway::forget_keys()

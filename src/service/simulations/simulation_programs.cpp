@@ -30,7 +30,7 @@ constexpr std::string_view folder_name = "controllers"; // of a project
 asio::awaitable<void> SimulationPrograms::read()
 {
     auto* const files = context_.hooks.program_files;
-    if (!files || !context_.params.config.allow_edit)
+    if (!files || !context_.config.allow_edit)
         co_return;
     TextLimits limits;
     limits.bytes = core::largest_editable;

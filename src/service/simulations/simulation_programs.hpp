@@ -58,7 +58,7 @@ public:
     boost::asio::awaitable<result<>> restore(std::string file);
 
 private:
-    bool can_compile() const { return !context_.launcher.params().compiler.make.empty(); }
+    bool can_compile() const { return !context_.launcher.facts().compiler.make.empty(); }
     boost::asio::awaitable<void> compile(Channel& channel);
 
     SessionContext& context_;

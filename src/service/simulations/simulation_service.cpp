@@ -46,11 +46,11 @@ namespace {
 using FirstRequest =
     std::variant<std::monostate, core::SimulationRequest, core::ReconnectMessage, core::StageMessage>;
 
-core::AdmissionLimits limits_of(SimulationServiceParams const& service,
-                                SimulationLauncherParams const& launcher)
+core::AdmissionLimits limits_of(SimulationServiceConfig const& service,
+                                SimulationLauncherConfig const& launcher)
 {
     core::AdmissionLimits limits;
-    limits.max_simulations = launcher.config.max_simulations;
+    limits.max_simulations = launcher.max_simulations;
     limits.max_silent = service.max_silent;
     limits.silent_per_address = service.silent_per_address;
     return limits;
@@ -60,12 +60,13 @@ core::AdmissionLimits limits_of(SimulationServiceParams const& service,
 
 struct SimulationService::Impl
 {
-    Impl(SimulationServiceParams parameters, ProjectFetcher& projects, SimulationLauncher& simulators,
-         HostMetrics& metrics, Clock& clock, Logger logger, SimulationServiceHooks service_hooks)
-        : params(std::move(parameters)), hooks(std::move(service_hooks)),
-          context(params, hooks, projects, simulators, clock, std::move(logger),
-                  limits_of(params, simulators.params())),
-          status(params, hooks, context, sessions, metrics), pictures(hooks.picture_taker, sessions, clock),
+    Impl(SimulationServiceConfig wanted, SimulationServiceFacts found, ProjectFetcher& projects,
+         SimulationLauncher& simulators, HostMetrics& metrics, Clock& clock, Logger logger,
+         SimulationServiceHooks service_hooks)
+        : config(std::move(wanted)), facts(std::move(found)), hooks(std::move(service_hooks)),
+          context(config, facts, hooks, projects, simulators, clock, std::move(logger),
+                  limits_of(config, simulators.config())),
+          status(context, sessions, metrics), pictures(hooks.picture_taker, sessions, clock),
           worlds(hooks.world_finder, context.policy, pictures, clock),
           stager(context, sessions, [this] { return ++last_id; })
     {
@@ -100,7 +101,8 @@ struct SimulationService::Impl
     void forget_if_over(SimulationSession const& session);
     std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
 
-    SimulationServiceParams params;
+    SimulationServiceConfig config;
+    SimulationServiceFacts const facts;
     SimulationServiceHooks const hooks;
     SessionContext context;
     SimulationSessions sessions;
@@ -115,11 +117,12 @@ struct SimulationService::Impl
     std::unordered_map<std::uint64_t, Channel*> silent_channels;
 };
 
-SimulationService::SimulationService(SimulationServiceParams params, ProjectFetcher& fetcher,
-                                     SimulationLauncher& launcher, HostMetrics& metrics, Clock& clock,
-                                     Logger log, SimulationServiceHooks hooks)
-    : impl_(std::make_unique<Impl>(std::move(params), fetcher, launcher, metrics, clock, std::move(log),
-                                   std::move(hooks)))
+SimulationService::SimulationService(SimulationServiceConfig config, SimulationServiceFacts facts,
+                                     ProjectFetcher& fetcher, SimulationLauncher& launcher,
+                                     HostMetrics& metrics, Clock& clock, Logger log,
+                                     SimulationServiceHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(facts), fetcher, launcher, metrics, clock,
+                                   std::move(log), std::move(hooks)))
 {}
 
 SimulationService::~SimulationService() = default;
@@ -142,20 +145,18 @@ void SimulationService::drain(bool exit_when_empty)
 
 void SimulationService::apply(SimulationServiceConfig config)
 {
-    impl_->params.config = std::move(config);
+    impl_->config = std::move(config);
     impl_->status.refresh_pages();
     impl_->apply_config();
 }
 
 void SimulationService::Impl::apply_config()
 {
-    auto const& repositories = params.config.repositories;
-    context.policy = {repositories,
-                      core::judge_outside_projects(params.walls, !repositories.allowed.empty())};
+    auto const& repositories = config.repositories;
+    context.policy = {repositories, core::judge_outside_projects(facts.walls, !repositories.allowed.empty())};
     context.admission.set_simulations_per_address(
-        static_cast<std::size_t>(params.config.limit_of_an_address(context.admission.max_simulations())));
-    context.admission.set_simulations_per_world(
-        static_cast<std::size_t>(params.config.simulations_per_world));
+        static_cast<std::size_t>(config.limit_of_an_address(context.admission.max_simulations())));
+    context.admission.set_simulations_per_world(static_cast<std::size_t>(config.simulations_per_world));
     worlds.refresh();
     for (auto const& [id, session] : sessions)
         session->gateway().limit_traffic();
@@ -166,14 +167,14 @@ asio::awaitable<result<>> SimulationService::run()
 {
     auto parts = async::first_of(impl_->measure(), impl_->status.look_at_processes(), impl_->worlds.run(),
                                  impl_->pictures.run(), impl_->stager.run());
-    if (impl_->context.launcher.params().limits.any())
+    if (impl_->context.launcher.facts().limits.any())
         parts = async::first_of(std::move(parts), impl_->watch_limits());
     co_return co_await std::move(parts);
 }
 
 asio::awaitable<result<>> SimulationService::Impl::watch_limits()
 {
-    bool const has_disk = context.launcher.params().limits.disk > 0;
+    bool const has_disk = context.launcher.facts().limits.disk > 0;
     if (!has_disk || !hooks.folder_meter)
         co_return co_await watch_processes(context, sessions);
     auto watches = async::first_of(watch_processes(context, sessions),
@@ -281,7 +282,7 @@ std::optional<Failure> SimulationService::Impl::refuse_way(ChannelInfo const& in
         problem = "add it to \"trustedProxies\"";
     else if (!core::parse_public_base(info.public_address))
         problem = "what it says of itself makes no sense";
-    else if (!context.launcher.params().config.gateway)
+    else if (!context.launcher.config().gateway)
         problem = "set \"gateway\" to true";
     if (info.public_address.empty() || problem.empty())
         return std::nullopt;
@@ -406,8 +407,8 @@ void SimulationService::Impl::add_silent(std::uint64_t id, std::string const& qu
     if (!evicted)
         return;
     context.log.warning(LogCause("waiting limit"),
-                        concat("More than ", std::to_string(params.max_silent), " connections, or ",
-                               std::to_string(params.silent_per_address),
+                        concat("More than ", std::to_string(config.max_silent), " connections, or ",
+                               std::to_string(config.silent_per_address),
                                " of one address, start nothing: the oldest, [", std::to_string(*evicted),
                                "], is closed"));
     auto* const oldest = silent_channels.at(*evicted);
@@ -426,7 +427,7 @@ void SimulationService::Impl::remove_silent(std::uint64_t id)
 asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint64_t id, Channel& channel)
 {
     auto& clock = context.clock;
-    auto const deadline = clock.now() + params.handshake_timeout;
+    auto const deadline = clock.now() + config.handshake_timeout;
     for (;;) {
         auto const text = co_await async::with_deadline(clock, deadline, channel.receive());
         if (!text && text.error() == errc::timed_out)

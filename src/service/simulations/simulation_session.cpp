@@ -54,8 +54,7 @@ public:
 
 Duration grace_for(SessionContext const& context, core::SimulationRequest const& request)
 {
-    return context.hooks.new_token ? context.params.config.grace(core::can_return(request))
-                                   : Duration::zero();
+    return context.hooks.new_token ? context.config.grace(core::can_return(request)) : Duration::zero();
 }
 
 } // namespace
@@ -433,7 +432,7 @@ void SimulationSession::tell_time(Channel& channel, Duration left)
         return std::chrono::duration_cast<std::chrono::seconds>(time).count();
     };
     (void)channel.send(core::shutdown_timeout_message(seconds(left)));
-    if (core::can_extend(request_) && context_.launcher.params().config.extendable > Duration::zero())
+    if (core::can_extend(request_) && context_.launcher.config().extendable > Duration::zero())
         (void)channel.send(core::extendable_message(seconds(simulation_->extendable())));
 }
 
@@ -498,7 +497,7 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             // The time limit counts from here, not from when the job was queued.
             life_.extended(simulation_->ends_at());
             if (std::holds_alternative<core::StartMessage>(request_))
-                tell_time(channel, context_.launcher.params().config.timeout);
+                tell_time(channel, context_.launcher.config().timeout);
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             on_ready(*ready);
             if (!is_staged())

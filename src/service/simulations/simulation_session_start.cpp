@@ -100,7 +100,7 @@ bool SimulationSession::check_needs(Channel& channel)
         return false;
     }
     auto const needed = core::is_relayed(request_) ? needs->all() : needs->labels;
-    auto const missing = core::lacking(needed, context_.params.labels);
+    auto const missing = core::lacking(needed, context_.facts.labels);
     needed_labels_ = needs->labels;
     if (missing.empty())
         return true;
@@ -225,8 +225,7 @@ LaunchSpec SimulationSession::launch_spec() const
         spec.mode = website->mode;
     } else {
         spec.mode = std::get<core::StartMessage>(request_).mode;
-        spec.names_extern_robots =
-            context_.params.config.controller_port != 0 && context_.launcher.params().config.gateway;
+        spec.names_extern_robots = context_.config.controller_port != 0 && context_.launcher.config().gateway;
     }
     return spec;
 }
@@ -247,7 +246,7 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
         (void)channel.send(announcement);
     // Browsers that send `init` don't know the message.
     if (std::holds_alternative<core::StartMessage>(request_))
-        tell_time(channel, context_.launcher.params().config.timeout);
+        tell_time(channel, context_.launcher.config().timeout);
     co_return result<>();
 }
 

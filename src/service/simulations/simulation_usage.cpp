@@ -45,13 +45,13 @@ void SimulationUsage::keep_process_limits()
     used.processes = used_.processes;
     used.memory_kills = used_.memory_kills;
     used.refused_forks = used_.refused_forks;
-    if (auto const limit = core::overrun(context_.launcher.params().limits, used))
+    if (auto const limit = core::overrun(context_.launcher.facts().limits, used))
         simulation_->terminate_at(*limit);
 }
 
 asio::awaitable<void> SimulationUsage::look_at_folder(FolderMeter& meter)
 {
-    auto const& limits = context_.launcher.params().limits;
+    auto const& limits = context_.launcher.facts().limits;
     if (!is_running() || context_.clock.now() < folder_due_)
         co_return;
     auto const began = context_.clock.now();

@@ -29,7 +29,7 @@ constexpr auto look_interval = std::chrono::seconds(1);
 // looked at: then a fiftieth of the time of one thread.
 constexpr Duration folder_interval = std::chrono::seconds(2);
 constexpr int folder_share = 50;
-// A simulator that is ended is killed after SimulationLauncherParams::grace, which is shorter.
+// A simulator that is ended is killed after SimulationLauncherConfig::grace, which is shorter.
 constexpr auto longest_end = std::chrono::seconds(10);
 constexpr std::size_t most_wishers = 16;                       // session servers
 constexpr auto wish_interval = std::chrono::milliseconds(500); // between two messages of one, on average
@@ -72,14 +72,14 @@ void Stager::apply()
         world.mode = mode;
         world.count = count;
     };
-    for (auto const& configured : context_.params.config.staged) {
+    for (auto const& configured : context_.config.staged) {
         auto const parsed = context_.fetcher.parse(configured.url);
         if (!parsed)
             continue; // a program's own configuration; those of files have been checked
         add(configured.url, parsed->address(), configured.mode, configured.count);
     }
     // Session servers share what the operator allows for classes; whoever connected first comes first.
-    int left = context_.params.config.staged_for_classes;
+    int left = context_.config.staged_for_classes;
     for (auto const& [id, wisher] : wishers_)
         for (auto const& wish : wisher.wishes) {
             int const count = std::min(left, wish.wanted.count);
@@ -87,7 +87,7 @@ void Stager::apply()
                 add(wish.wanted.url, wish.address, wish.wanted.mode, count);
             left -= wish.address.empty() ? 0 : count;
         }
-    staging_.apply(std::move(worlds), context_.params.config.staged_max_age);
+    staging_.apply(std::move(worlds), context_.config.staged_max_age);
     on_change();
 }
 
@@ -258,7 +258,7 @@ asio::awaitable<std::shared_ptr<SimulationSession>> Stager::take(std::string quo
 asio::awaitable<void> Stager::serve(std::uint64_t id, std::vector<core::StagingWish> wishes, Channel& channel)
 {
     auto& clock = context_.clock;
-    if (context_.params.config.staged_for_classes == 0 || wishers_.size() >= most_wishers) {
+    if (context_.config.staged_for_classes == 0 || wishers_.size() >= most_wishers) {
         tell_wrong_message(channel, "nothing more is staged here for classes", false);
         channel.close();
         co_return;

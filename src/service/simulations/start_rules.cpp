@@ -39,7 +39,7 @@ result<> check_policy(SessionContext const& context, core::SimulationRequest con
 bool takes_controllers(SessionContext const& context, core::SimulationRequest const& request)
 {
     auto const* start = std::get_if<core::StartMessage>(&request);
-    auto const& config = context.params.config;
+    auto const& config = context.config;
     if (!start || config.controller_port == 0 || !context.hooks.new_address_token)
         return false;
     auto const forge = context.fetcher.forge_of(start->url);

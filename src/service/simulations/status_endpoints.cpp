@@ -69,12 +69,11 @@ GatewayTraffic traffic_of(SessionContext const& context, SimulationSessions cons
 
 } // namespace
 
-StatusEndpoints::StatusEndpoints(SimulationServiceParams const& params, SimulationServiceHooks const& hooks,
-                                 SessionContext& context, SimulationSessions const& sessions,
+StatusEndpoints::StatusEndpoints(SessionContext& context, SimulationSessions const& sessions,
                                  HostMetrics& metrics)
-    : params_(params), hooks_(hooks), context_(context), sessions_(sessions), metrics_(metrics),
-      description_(metrics.description()), last_sample_(metrics.sample()), measured_(context.clock.now()),
-      view_keys_(hooks.new_address_token)
+    : context_(context), sessions_(sessions), metrics_(metrics), description_(metrics.description()),
+      last_sample_(metrics.sample()), measured_(context.clock.now()),
+      view_keys_(context.hooks.new_address_token)
 {
     describe_machine();
     context_.cores = description_.cores;
@@ -94,7 +93,7 @@ void StatusEndpoints::measure(TimePoint due, std::size_t clients)
     measured_ = now;
     last_sample_ = std::move(sample);
     auto const formula =
-        params_.config.reference_load ? core::LoadFormula::reference : core::LoadFormula::strict;
+        context_.config.reference_load ? core::LoadFormula::reference : core::LoadFormula::strict;
     // Staged simulations go when browsers need the room, so nobody is refused for what they use. Whether more
     // can be staged depends on all that is used.
     context_.memory = last_sample_.memory_used;
@@ -107,8 +106,8 @@ void StatusEndpoints::measure(TimePoint due, std::size_t clients)
     figures.idle = static_cast<int>(clients - running());
     board_.take(figures, average_.value(), now, clock.wall());
     greeting_ = {};
-    if (hooks_.monitor_log)
-        hooks_.monitor_log(core::monitor_csv_line(clock.wall(), figures));
+    if (context_.hooks.monitor_log)
+        context_.hooks.monitor_log(core::monitor_csv_line(clock.wall(), figures));
     // Updates go out once processes have been looked at (`look_at_processes`), and only while somebody
     // watches.
     if (feed_.empty() || !look_wanted_)
@@ -196,7 +195,7 @@ boost::asio::awaitable<result<>> StatusEndpoints::look_at_processes()
 /// Measures what some of the simulators consume: they take turns.
 boost::asio::awaitable<void> StatusEndpoints::look_at_some()
 {
-    if (context_.launcher.params().limits.any())
+    if (context_.launcher.facts().limits.any())
         co_return; // they are looked at every second, whether anybody watches or not
     for (std::size_t i = std::min(usages_at_once, sessions_.size()); i > 0; --i) {
         auto next = sessions_.upper_bound(last_looked_at_);
@@ -258,7 +257,7 @@ LoadReport StatusEndpoints::report() const
     report.arrivals = static_cast<std::int64_t>(context_.start_figures.arrivals());
     report.failed = static_cast<std::int64_t>(context_.start_figures.lost());
     report.departures = *report.arrivals - *report.sessions;
-    report.labels = params_.labels;
+    report.labels = context_.facts.labels;
     if (description_.cores > 0) {
         report.processors = description_.cores;
         report.worlds = worlds();
@@ -270,7 +269,7 @@ LoadReport StatusEndpoints::report() const
     report.projects = context_.fetcher.cached();
     // One seat is always left for browsers that come without a class.
     int const for_classes =
-        std::min(params_.config.staged_for_classes, context_.admission.max_simulations() - 1);
+        std::min(context_.config.staged_for_classes, context_.admission.max_simulations() - 1);
     if (for_classes > 0 && !report.draining)
         report.staging = for_classes;
     return report;
@@ -309,7 +308,7 @@ std::vector<WorldUse> StatusEndpoints::worlds() const
 std::vector<core::MachineFigure> StatusEndpoints::machine() const
 {
     std::vector<core::MachineFigure> figures{{"capacity", static_cast<double>(capacity())}};
-    if (context_.launcher.params().config.gateway)
+    if (context_.launcher.config().gateway)
         figures.push_back({"sent", traffic_of(context_, sessions_).sent});
     return figures;
 }
@@ -357,10 +356,10 @@ std::string StatusEndpoints::monitor_text()
 {
     core::MonitorPage page;
     page.title = "Webots simulation server";
-    page.heading = params_.config.title;
+    page.heading = context_.config.title;
     page.words = core::simulation_words(average_.value());
     page.snapshot = monitor_snapshot();
-    page.assets = monitor_assets("simulation.js", params_.address.port);
+    page.assets = monitor_assets("simulation.js", context_.facts.address.port);
     page.assets.key = view_keys_.current(context_.clock.now());
     return core::monitor_page(page);
 }
@@ -368,16 +367,16 @@ std::string StatusEndpoints::monitor_text()
 void StatusEndpoints::describe_machine()
 {
     core::SimulationAbout about;
-    about.title = params_.config.title;
-    about.description = params_.config.description;
-    about.notices = {params_.notice, params_.isolation_warning, params_.limits_warning};
-    about.sandbox = params_.sandbox;
-    about.display = params_.display;
+    about.title = context_.config.title;
+    about.description = context_.config.description;
+    about.notices = {context_.facts.notice, context_.facts.isolation_warning, context_.facts.limits_warning};
+    about.sandbox = context_.facts.sandbox;
+    about.display = context_.facts.display;
     about.host = description_;
-    about.allowed = params_.config.repositories.allowed;
-    about.blocked = params_.config.repositories.blocked;
-    about.registries = params_.config.notify;
-    about.share_idle_time = params_.config.repositories.share_idle_time;
+    about.allowed = context_.config.repositories.allowed;
+    about.blocked = context_.config.repositories.blocked;
+    about.registries = context_.config.notify;
+    about.share_idle_time = context_.config.repositories.share_idle_time;
     board_.describe(core::about_json(about));
 }
 
@@ -417,8 +416,8 @@ Answer StatusEndpoints::metrics_answer(IncomingRequest const&)
     auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());
     text.family(core::metric("event_loop_lag_max_seconds"))
         .add(std::chrono::duration<double>(highest).count());
-    text.family(core::metric("simulations_isolated")).add(params_.isolation_warning.empty() ? 1 : 0);
-    if (context_.launcher.params().limits.any())
+    text.family(core::metric("simulations_isolated")).add(context_.facts.isolation_warning.empty() ? 1 : 0);
+    if (context_.launcher.facts().limits.any())
         write_consumption(text);
     text.family(core::metric("simulations_graphics_processors"));
     if (description_.graphics_processors > 0) { // else nothing is known of them
@@ -427,11 +426,11 @@ Answer StatusEndpoints::metrics_answer(IncomingRequest const&)
             busy += session->usage().graphics_processors();
         text.add(busy);
     }
-    if (context_.launcher.params().config.gateway)
+    if (context_.launcher.config().gateway)
         write_traffic(text);
     context_.start_figures.write(text);
     context_.fetch_figures.write(text);
-    return core::metrics_page(text.take(), hooks_.more_metrics);
+    return core::metrics_page(text.take(), context_.hooks.more_metrics);
 }
 
 void StatusEndpoints::write_traffic(core::MetricsText& text) const
@@ -524,7 +523,7 @@ Answer StatusEndpoints::readiness(IncomingRequest const& request)
         return HttpResponse(503, std::string(core::html_type),
                             context_.state.is_draining() ? "draining" : "full");
     bool const wants_json = request.header("Accept").find("application/json") != std::string_view::npos;
-    return core::readiness_page(params_.isolation_warning, wants_json);
+    return core::readiness_page(context_.facts.isolation_warning, wants_json);
 }
 
 Answer StatusEndpoints::load_answer(IncomingRequest const& request)

@@ -34,8 +34,7 @@ namespace webots_cloud {
 class StatusEndpoints
 {
 public:
-    StatusEndpoints(SimulationServiceParams const& params, SimulationServiceHooks const& hooks,
-                    SessionContext& context, SimulationSessions const& sessions, HostMetrics& metrics);
+    StatusEndpoints(SessionContext& context, SimulationSessions const& sessions, HostMetrics& metrics);
 
     /// Measures the load of the machine. `due`: when that was scheduled; `clients`: the number of browsers on
     /// /client.
@@ -100,8 +99,6 @@ private:
     Answer end_answer(IncomingRequest const& request);
     Answer operator_answer(IncomingRequest const& request);
 
-    SimulationServiceParams const& params_;
-    SimulationServiceHooks const& hooks_;
     SessionContext& context_;
     SimulationSessions const& sessions_;
     HostMetrics& metrics_;

@@ -1,5 +1,6 @@
 #include "refusal_sentences.hpp"
 #include "service/run.hpp"
+#include "service/setups.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -50,17 +51,24 @@ std::string compose_file(std::string const& name)
     return "# " + name + "\nservices:\n  webots:\n";
 }
 
-DockerModeParams docker_params()
+struct DockerSetup
 {
-    DockerModeParams params;
-    params.docker = "/bin/docker";
-    params.docker_compose = "/bin/docker-compose";
-    params.config.directory = "/templates";
-    params.config.build_cache = 0;
-    params.identity = "webots-2000-1f3a9c4d";
-    params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}};
-    params.launching.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
-    return params;
+    DockerConfig config;
+    SimulationLauncherConfig launching;
+    DockerFacts facts;
+};
+
+DockerSetup docker_setup()
+{
+    DockerSetup setup;
+    setup.facts.docker = "/bin/docker";
+    setup.facts.docker_compose = "/bin/docker-compose";
+    setup.config.directory = "/templates";
+    setup.config.build_cache = 0;
+    setup.facts.identity = "webots-2000-1f3a9c4d";
+    setup.facts.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}};
+    setup.launching.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
+    return setup;
 }
 
 DockerModeHooks docker_hooks()
@@ -70,25 +78,25 @@ DockerModeHooks docker_hooks()
     return hooks;
 }
 
-SimulationLauncherParams launcher_params(std::uint64_t disk)
+LauncherSetup launcher_setup(std::uint64_t disk)
 {
-    SimulationLauncherParams params;
-    params.limits.disk = disk;
-    params.config.max_simulations = 2;
-    params.config.timeout = 6000s;
-    params.config.start_timeout = 300s;
-    return params;
+    LauncherSetup setup;
+    setup.facts.limits.disk = disk;
+    setup.config.max_simulations = 2;
+    setup.config.timeout = 6000s;
+    setup.config.start_timeout = 300s;
+    return setup;
 }
 
-SimulationServiceParams service_params()
+ServiceSetup service_setup()
 {
-    SimulationServiceParams params;
-    params.walls.containers = true;
-    params.address.host = "host.org";
-    params.address.ssl = false;
-    params.address.port_rewrite = false;
-    params.config.repositories.allowed = {"https://github.com/o"};
-    return params;
+    ServiceSetup setup;
+    setup.facts.walls.containers = true;
+    setup.facts.address.host = "host.org";
+    setup.facts.address.ssl = false;
+    setup.facts.address.port_rewrite = false;
+    setup.config.repositories.allowed = {"https://github.com/o"};
+    return setup;
 }
 
 SimulationServiceHooks service_hooks(FolderMeter& meter)
@@ -116,13 +124,15 @@ std::string joined(Texts const& argv)
 /// A simulation server that runs containers, on fakes. At its end nothing may be left.
 struct Fixture
 {
-    explicit Fixture(DockerModeParams params = docker_params(), DockerModeHooks hooks = docker_hooks(),
+    explicit Fixture(DockerSetup const& setup = docker_setup(), DockerModeHooks hooks = docker_hooks(),
                      std::uint64_t disk = 0)
-        : docker(std::move(params), processes, files, world.clock, log.logger(), std::move(hooks)),
+        : docker(setup.config, setup.launching, setup.facts, processes, files, world.clock, log.logger(),
+                 std::move(hooks)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
-          launcher(launcher_params(disk), processes, world.clock, log.logger(), &docker),
-          service(service_params(), fetcher, launcher, metrics, world.clock, log.logger(),
-                  service_hooks(meter))
+          launcher(launcher_setup(disk).config, launcher_setup(disk).facts, processes, world.clock,
+                   log.logger(), &docker),
+          service(service_setup().config, service_setup().facts, fetcher, launcher, metrics, world.clock,
+                  log.logger(), service_hooks(meter))
     {
         for (std::string const name :
              {"docker-compose-default.yml", "docker-compose-theia.yml", "docker-compose-competition.yml"})
@@ -261,9 +271,9 @@ BOOST_AUTO_TEST_CASE(compose_as_a_program_of_its_own_will_do)
 BOOST_AUTO_TEST_CASE(what_is_missing_is_said_to_the_operator)
 {
     {
-        auto params = docker_params();
-        params.docker.clear();
-        Fixture fixture(params);
+        auto setup = docker_setup();
+        setup.facts.docker.clear();
+        Fixture fixture(setup);
         BOOST_TEST(said_by_open(fixture) ==
                    "docker: there is no program \"docker\". Install Docker, or set \"docker\" to false.");
     }
@@ -303,10 +313,10 @@ BOOST_AUTO_TEST_CASE(a_daemon_that_never_answers_is_given_up_after_a_minute)
 BOOST_AUTO_TEST_CASE(containers_are_let_on_to_the_screen_once_and_do_without_if_need_be)
 {
     for (int const status : {0, 1}) {
-        auto params = docker_params();
-        params.xhost = "/bin/xhost";
-        params.display = ":3";
-        Fixture fixture(params);
+        auto setup = docker_setup();
+        setup.facts.xhost = "/bin/xhost";
+        setup.facts.display = ":3";
+        Fixture fixture(setup);
         fixture.expect_commands(2, "Docker 26.1.5 has runc \n");
         fixture.processes.expect().exits(status);
         fixture.expect_commands(looks);
@@ -400,10 +410,10 @@ BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
     Fixture fixture;
     fixture.open();
     fixture.source.add("x/r", "a.wbt");
-    auto params = service_params();
-    params.config.repositories.blocked = {"https://github.com/evil", "https://github.com/y/r/blob/main/p"};
-    params.config.repositories.share_idle_time = 50;
-    fixture.service.apply(params.config);
+    auto setup = service_setup();
+    setup.config.repositories.blocked = {"https://github.com/evil", "https://github.com/y/r/blob/main/p"};
+    setup.config.repositories.share_idle_time = 50;
+    fixture.service.apply(setup.config);
     fixture.background.spawn(webots_cloud::run(fixture.service));
     fixture.world.advance(4s);
     fixture.metrics.cpu = 100;
@@ -514,9 +524,9 @@ BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_i
 
 BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
 {
-    auto params = docker_params();
-    params.limits.processes = 50;
-    Fixture fixture(params);
+    auto setup = docker_setup();
+    setup.facts.limits.processes = 50;
+    Fixture fixture(setup);
     fixture.open();
     fixture.file("Makefile") = "all:\n";
     fixture.expect_commands(2); // looks at builds
@@ -554,10 +564,10 @@ BOOST_AUTO_TEST_CASE(docker_is_asked_for_the_steps_of_the_build_that_began_first
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedProcesses processes(world.clock);
-    auto params = docker_params();
-    params.limits.processes = 50;
-    DockerCommands const commands(params, processes, world.clock);
-    DockerBuildLimits limits(params, commands, processes, world.clock, log.logger());
+    auto setup = docker_setup();
+    setup.facts.limits.processes = 50;
+    DockerCommands const commands(setup.launching, setup.facts, processes, world.clock);
+    DockerBuildLimits limits(setup.facts, commands, processes, world.clock, log.logger());
     async::TaskGroup tasks(world.executor());
     processes.expect();
     auto const first = world.clock.wall();
@@ -566,8 +576,8 @@ BOOST_AUTO_TEST_CASE(docker_is_asked_for_the_steps_of_the_build_that_began_first
     limits.begin("webots-10");
     tasks.spawn(run(limits));
     world.settle();
-    auto expected = core::watch_starts(params.identity, first);
-    expected.insert(expected.begin(), params.docker.string());
+    auto expected = core::watch_starts(setup.facts.identity, first);
+    expected.insert(expected.begin(), setup.facts.docker.string());
     BOOST_TEST_REQUIRE(processes.started().size() == 1u);
     BOOST_TEST(processes.started().front().argv == expected, boost::test_tools::per_element());
     tasks.cancel_all();
@@ -582,7 +592,7 @@ std::string image_id(char digit)
 
 BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simulation)
 {
-    Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
+    Fixture fixture(docker_setup(), docker_hooks(), 10'000'000);
     fixture.open();
     fixture.processes.expect().prints("Step 1/9 : FROM x\n ---> aaaaaaaaaaaa\n ---> bbbbbbbbbbbb\n"
                                       " ---> Running in cccccccccccc\n");
@@ -615,7 +625,7 @@ BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simula
 
 BOOST_AUTO_TEST_CASE(what_was_built_is_counted_once_more_when_the_containers_are_there_and_not_again)
 {
-    Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
+    Fixture fixture(docker_setup(), docker_hooks(), 10'000'000);
     fixture.open();
     fixture.processes.expect().prints(" ---> bbbbbbbbbbbb\nwebots-1  | .\n");
     constexpr auto containers = "1MB (virtual 1GB)\t\n";
@@ -636,7 +646,7 @@ BOOST_AUTO_TEST_CASE(what_was_built_is_counted_once_more_when_the_containers_are
 
 BOOST_AUTO_TEST_CASE(a_build_that_names_more_than_any_build_makes_is_ended)
 {
-    Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
+    Fixture fixture(docker_setup(), docker_hooks(), 10'000'000);
     fixture.open();
     std::string flood;
     for (int number = 0; number <= 2000; ++number)
@@ -653,9 +663,9 @@ BOOST_AUTO_TEST_CASE(a_build_that_names_more_than_any_build_makes_is_ended)
 
 BOOST_AUTO_TEST_CASE(what_is_kept_of_builds_has_a_limit_and_nothing_goes_that_a_running_build_has_named)
 {
-    auto params = docker_params();
-    params.config.build_cache = 1 << 20;
-    Fixture fixture(params);
+    auto setup = docker_setup();
+    setup.config.build_cache = 1 << 20;
+    Fixture fixture(setup);
     fixture.open();
     fixture.processes.expect().prints(" ---> cccccccccccc\nwebots-1  | .\n");
     fixture.processes.expect().prints("webots-1  | .\n");
@@ -682,9 +692,9 @@ BOOST_AUTO_TEST_CASE(what_is_kept_of_builds_has_a_limit_and_nothing_goes_that_a_
 
 BOOST_AUTO_TEST_CASE(docker_is_not_followed_for_a_project_that_has_nothing_run)
 {
-    auto params = docker_params();
-    params.limits.processes = 50;
-    Fixture fixture(params);
+    auto setup = docker_setup();
+    setup.facts.limits.processes = 50;
+    Fixture fixture(setup);
     fixture.open();
     fixture.expect_commands(2);
     fixture.background.spawn(fixture.run_docker());
@@ -733,7 +743,7 @@ BOOST_AUTO_TEST_CASE(a_template_whose_services_cannot_be_found_is_not_run_withou
 
 BOOST_AUTO_TEST_CASE(what_containers_write_counts_towards_the_limit_of_the_disk)
 {
-    Fixture fixture(docker_params(), docker_hooks(), 10'000'000);
+    Fixture fixture(docker_setup(), docker_hooks(), 10'000'000);
     fixture.open();
     fixture.meter.use.bytes = 4'000'000;
     fixture.processes.expect().prints("webots-1  | .\n");
@@ -787,9 +797,9 @@ BOOST_AUTO_TEST_CASE(the_operators_list_of_system_calls_lies_beside_the_project)
 // An image can have any labels of compose's.
 BOOST_AUTO_TEST_CASE(the_container_that_gets_the_network_is_known_by_a_label_that_nobody_guesses)
 {
-    auto params = docker_params();
-    params.network.reach = ProcessNetwork::Reach::none;
-    Fixture fixture(params);
+    auto setup = docker_setup();
+    setup.facts.network.reach = ProcessNetwork::Reach::none;
+    Fixture fixture(setup);
     fixture.open();
     fixture.processes.expect().prints("webots-1  | .\n");
     fixture.expect_commands(looks);
@@ -805,13 +815,13 @@ BOOST_AUTO_TEST_CASE(the_container_that_gets_the_network_is_known_by_a_label_tha
 BOOST_AUTO_TEST_CASE(the_socket_of_the_display_is_shown_while_it_is_there)
 {
     for (bool const there : {false, true}) {
-        auto params = docker_params();
-        params.display = ":3";
+        auto setup = docker_setup();
+        setup.facts.display = ":3";
         auto hooks = docker_hooks();
         hooks.exists = [there](std::filesystem::path const& path) {
             return there && path == "/tmp/.X11-unix/X3";
         };
-        Fixture fixture(params, hooks);
+        Fixture fixture(setup, hooks);
         fixture.open();
         fixture.files.texts["/templates/docker-compose-default.yml"] =
             "services:\n  webots:\n    volumes:\n      - /tmp/.X11-unix:/tmp/.X11-unix\n";
@@ -887,9 +897,9 @@ BOOST_AUTO_TEST_CASE(files_of_the_project_are_replaced_and_the_browser_is_told)
 
 BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
 {
-    auto params = docker_params();
-    params.config.project_dockerfiles = true;
-    Fixture fixture(params);
+    auto setup = docker_setup();
+    setup.config.project_dockerfiles = true;
+    Fixture fixture(setup);
     fixture.open();
     fixture.file("Dockerfile") = "FROM ${WEBOTS_DEFAULT_IMAGE}";
     fixture.files.texts.erase("/templates/Dockerfile.default");
@@ -914,11 +924,11 @@ BOOST_AUTO_TEST_CASE(dockerfiles_of_projects_are_built_without_a_network_unless_
 {
     for (bool const competes : {true, false})
         for (bool const allowed : {true, false}) {
-            auto params = docker_params();
-            params.network.reach = ProcessNetwork::Reach::internet;
-            params.config.project_dockerfiles = !competes;
-            params.config.build_network = allowed;
-            Fixture fixture(params);
+            auto setup = docker_setup();
+            setup.facts.network.reach = ProcessNetwork::Reach::internet;
+            setup.config.project_dockerfiles = !competes;
+            setup.config.build_network = allowed;
+            Fixture fixture(setup);
             fixture.open();
             std::string const file = competes ? "controllers/Dockerfile" : "Dockerfile";
             if (competes)
@@ -946,9 +956,9 @@ BOOST_AUTO_TEST_CASE(dockerfiles_of_projects_are_built_without_a_network_unless_
 BOOST_AUTO_TEST_CASE(a_dockerfile_that_starts_from_another_simulation_is_not_built)
 {
     for (bool const competes : {true, false}) {
-        auto params = docker_params();
-        params.config.project_dockerfiles = !competes;
-        Fixture fixture(params);
+        auto setup = docker_setup();
+        setup.config.project_dockerfiles = !competes;
+        Fixture fixture(setup);
         fixture.open();
         std::string const file = competes ? "controllers/Dockerfile" : "Dockerfile";
         if (competes)
@@ -1153,9 +1163,9 @@ BOOST_AUTO_TEST_CASE(what_compose_left_is_removed_when_the_simulation_ends)
 
 BOOST_AUTO_TEST_CASE(old_images_go_only_where_the_operator_has_named_those_that_stay)
 {
-    auto params = docker_params();
-    params.config.persistent_images = Texts{"cyberbotics/webots.cloud:R2025a-ubuntu22.04"};
-    Fixture fixture(params);
+    auto setup = docker_setup();
+    setup.config.persistent_images = Texts{"cyberbotics/webots.cloud:R2025a-ubuntu22.04"};
+    Fixture fixture(setup);
     fixture.open();
     fixture.processes.expect();
     fixture.expect_commands(looks);

@@ -1,4 +1,5 @@
 #include "refusal_sentences.hpp"
+#include "service/setups.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -27,16 +28,16 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-SimulationLauncherParams launcher_params()
+LauncherSetup launcher_setup()
 {
-    SimulationLauncherParams params;
-    params.webots = "/opt/webots/webots";
-    params.config.max_simulations = 2;
-    params.config.timeout = 600s;
-    params.config.start_timeout = 300s;
-    params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}, {"DISPLAY", ":9"}};
-    params.config.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
-    return params;
+    LauncherSetup setup;
+    setup.facts.webots = "/opt/webots/webots";
+    setup.config.max_simulations = 2;
+    setup.config.timeout = 600s;
+    setup.config.start_timeout = 300s;
+    setup.facts.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}, {"DISPLAY", ":9"}};
+    setup.config.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
+    return setup;
 }
 
 LaunchSpec launch_spec(std::string mode = "x3d")
@@ -85,8 +86,8 @@ public:
 /// A launcher on fakes. At its end nothing may be left: no process, port or timer.
 struct Fixture
 {
-    explicit Fixture(SimulationLauncherParams params = launcher_params())
-        : launcher(std::move(params), host, world.clock, log.logger())
+    explicit Fixture(LauncherSetup const& setup = launcher_setup())
+        : launcher(setup.config, setup.facts, host, world.clock, log.logger())
     {}
 
     ~Fixture()
@@ -229,9 +230,9 @@ BOOST_AUTO_TEST_CASE(each_way_to_end_has_its_reason_its_status_and_whether_it_wa
 
 BOOST_AUTO_TEST_CASE(what_a_program_gets_is_its_folder_its_grace_and_what_it_needs_of_our_environment)
 {
-    auto params = launcher_params();
-    params.grace = 7s;
-    Fixture fixture(params);
+    auto setup = launcher_setup();
+    setup.config.grace = 7s;
+    Fixture fixture(setup);
     fixture.processes.expect();
     auto const simulation = fixture.launched();
     auto const& process = fixture.processes.started().front();
@@ -250,14 +251,14 @@ BOOST_AUTO_TEST_CASE(what_a_program_gets_is_its_folder_its_grace_and_what_it_nee
 
 BOOST_AUTO_TEST_CASE(another_user_gets_the_instance_and_nothing_that_is_the_servers_users)
 {
-    auto params = launcher_params();
-    params.environment.emplace_back("XDG_RUNTIME_DIR", "/run/user/0");
-    params.environment.emplace_back("XAUTHORITY", "/home/teacher/.Xauthority");
-    params.sandbox.user.kind = SimulationUser::Kind::of_its_own;
-    params.sandbox.user.groups = {44};
-    params.sandbox.user.name = "simulation";
-    params.sandbox.user.visible = {"/home/teacher/webots"};
-    Fixture fixture(params);
+    auto setup = launcher_setup();
+    setup.facts.environment.emplace_back("XDG_RUNTIME_DIR", "/run/user/0");
+    setup.facts.environment.emplace_back("XAUTHORITY", "/home/teacher/.Xauthority");
+    setup.facts.sandbox.user.kind = SimulationUser::Kind::of_its_own;
+    setup.facts.sandbox.user.groups = {44};
+    setup.facts.sandbox.user.name = "simulation";
+    setup.facts.sandbox.user.visible = {"/home/teacher/webots"};
+    Fixture fixture(setup);
     fixture.processes.expect();
     fixture.processes.expect();
     auto const simulation = fixture.launched();
@@ -280,11 +281,11 @@ BOOST_AUTO_TEST_CASE(another_user_gets_the_instance_and_nothing_that_is_the_serv
 
 BOOST_AUTO_TEST_CASE(a_program_with_a_display_of_its_own_gets_no_other)
 {
-    auto params = launcher_params();
-    params.display.clear();
-    params.private_display.server = "/usr/bin/Xvfb";
-    params.private_display.guard = "/opt/guard";
-    Fixture fixture(params);
+    auto setup = launcher_setup();
+    setup.facts.display.clear();
+    setup.facts.private_display.server = "/usr/bin/Xvfb";
+    setup.facts.private_display.guard = "/opt/guard";
+    Fixture fixture(setup);
     fixture.processes.expect();
     auto const simulation = fixture.launched();
     auto const& process = fixture.processes.started().front();
@@ -298,12 +299,12 @@ BOOST_AUTO_TEST_CASE(a_program_with_a_display_of_its_own_gets_no_other)
 
 BOOST_AUTO_TEST_CASE(in_a_sandbox_a_display_of_its_own_is_started_inside)
 {
-    auto params = launcher_params();
-    params.private_display.server = "/usr/bin/Xvfb";
-    params.private_display.guard = "/opt/guard";
-    params.sandbox.bubblewrap = "/usr/bin/bwrap";
-    params.sandbox.copied = {"/etc/hosts"};
-    Fixture fixture(params);
+    auto setup = launcher_setup();
+    setup.facts.private_display.server = "/usr/bin/Xvfb";
+    setup.facts.private_display.guard = "/opt/guard";
+    setup.facts.sandbox.bubblewrap = "/usr/bin/bwrap";
+    setup.facts.sandbox.copied = {"/etc/hosts"};
+    Fixture fixture(setup);
     fixture.processes.expect();
     auto const simulation = fixture.launched();
     auto const& process = fixture.processes.started().front();
@@ -322,13 +323,13 @@ BOOST_AUTO_TEST_CASE(in_a_sandbox_a_display_of_its_own_is_started_inside)
 
 BOOST_AUTO_TEST_CASE(a_compiler_runs_within_the_walls_of_the_simulation_and_beside_it)
 {
-    auto params = launcher_params();
-    params.sandbox.bubblewrap = "/usr/bin/bwrap";
-    params.sandbox.network.reach = ProcessNetwork::Reach::internet;
-    params.sandbox.user.kind = SimulationUser::Kind::of_its_own;
-    params.compiler.make = "/usr/bin/make";
-    params.compiler.home = "/opt/webots";
-    Fixture fixture(params);
+    auto setup = launcher_setup();
+    setup.facts.sandbox.bubblewrap = "/usr/bin/bwrap";
+    setup.facts.sandbox.network.reach = ProcessNetwork::Reach::internet;
+    setup.facts.sandbox.user.kind = SimulationUser::Kind::of_its_own;
+    setup.facts.compiler.make = "/usr/bin/make";
+    setup.facts.compiler.home = "/opt/webots";
+    Fixture fixture(setup);
     fixture.processes.expect();
     fixture.processes.expect().exits(0);
     auto const simulation = fixture.launched();
@@ -520,9 +521,9 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_is_destroyed_is_killed_and_its_port_is_fr
 
 BOOST_AUTO_TEST_CASE(to_ask_for_the_end_again_changes_neither_the_moment_nor_the_reason)
 {
-    auto params = launcher_params();
-    params.grace = 7s;
-    Fixture fixture(params);
+    auto setup = launcher_setup();
+    setup.config.grace = 7s;
+    Fixture fixture(setup);
     fixture.processes.expect().prints(".\n").stubborn();
     auto const simulation = fixture.launched();
     fixture.next<SimulationReady>(*simulation);
@@ -539,9 +540,9 @@ BOOST_AUTO_TEST_CASE(to_ask_for_the_end_again_changes_neither_the_moment_nor_the
 
 BOOST_AUTO_TEST_CASE(who_asks_for_the_end_of_one_that_is_being_ended_hides_no_reason)
 {
-    auto params = launcher_params();
-    params.grace = 7s;
-    Fixture fixture(params);
+    auto setup = launcher_setup();
+    setup.config.grace = 7s;
+    Fixture fixture(setup);
     fixture.processes.expect().prints("loading\n").stubborn();
     auto const simulation = fixture.launched();
     Taken taken;
@@ -630,9 +631,9 @@ BOOST_AUTO_TEST_CASE(a_simulation_that_nobody_has_asked_about_is_ended_at_its_li
 
 BOOST_AUTO_TEST_CASE(a_life_that_is_shorter_than_a_start_ends_the_start)
 {
-    auto params = launcher_params();
-    params.config.timeout = 10s;
-    Fixture fixture(params);
+    auto setup = launcher_setup();
+    setup.config.timeout = 10s;
+    Fixture fixture(setup);
     fixture.processes.expect().prints("loading\n");
     auto const simulation = fixture.launched();
     auto const ended = fixture.next<SimulationEnded>(*simulation);
@@ -688,8 +689,10 @@ namespace {
 struct ContainerFixture : Fixture
 {
     ContainerFixture()
-        : docker(docker_params(), host, files, world.clock, log.logger(), docker_hooks()),
-          containers(launcher_params(), host, world.clock, log.logger(), &docker)
+        : docker(docker_config(), SimulationLauncherConfig(), docker_facts(), host, files, world.clock,
+                 log.logger(), docker_hooks()),
+          containers(launcher_setup().config, launcher_setup().facts, host, world.clock, log.logger(),
+                     &docker)
     {
         files.texts["/templates/docker-compose-default.yml"] = "services:\n  webots:\n";
         files.texts["/templates/Dockerfile.default"] = "Dockerfile.default";
@@ -702,14 +705,20 @@ struct ContainerFixture : Fixture
 
     ~ContainerFixture() { BOOST_TEST(containers.running() == 0u); }
 
-    static DockerModeParams docker_params()
+    static DockerConfig docker_config()
     {
-        DockerModeParams params;
-        params.config.build_cache = 0;
-        params.docker = "/bin/docker";
-        params.config.directory = "/templates";
-        params.identity = "webots-2000-1f3a9c4d";
-        return params;
+        DockerConfig config;
+        config.build_cache = 0;
+        config.directory = "/templates";
+        return config;
+    }
+
+    static DockerFacts docker_facts()
+    {
+        DockerFacts facts;
+        facts.docker = "/bin/docker";
+        facts.identity = "webots-2000-1f3a9c4d";
+        return facts;
     }
 
     static DockerModeHooks docker_hooks()

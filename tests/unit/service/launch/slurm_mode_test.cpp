@@ -1,4 +1,5 @@
 #include "refusal_sentences.hpp"
+#include "service/setups.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -26,37 +27,44 @@ namespace {
 constexpr auto two_nodes = "n1 10.0.0.1 1/1/0/2 1000 500\nn2 n2.cluster 0/2/0/2 1000 0\n";
 constexpr auto on_n2 = "webots-process-guard 5f0c9a4b7d21e836 runs on n2 in 4\n";
 
-SlurmModeParams slurm_params()
+struct SlurmSetup
 {
-    SlurmModeParams params;
-    params.srun = "/bin/srun";
-    params.scancel = "/bin/scancel";
-    params.squeue = "/bin/squeue";
-    params.sinfo = "/bin/sinfo";
-    params.getent = "/bin/getent";
-    params.tar = "/bin/tar";
-    params.guard = "/bin/guard";
-    params.identity = "webots_cloud_h_2000_";
-    params.run = "r";
-    params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"SLURM_CONF", "/etc/s.conf"}};
-    return params;
+    SlurmConfig config;
+    SlurmFacts facts;
+};
+
+SlurmSetup slurm_setup()
+{
+    SlurmSetup setup;
+    setup.facts.srun = "/bin/srun";
+    setup.facts.scancel = "/bin/scancel";
+    setup.facts.squeue = "/bin/squeue";
+    setup.facts.sinfo = "/bin/sinfo";
+    setup.facts.getent = "/bin/getent";
+    setup.facts.tar = "/bin/tar";
+    setup.facts.guard = "/bin/guard";
+    setup.facts.identity = "webots_cloud_h_2000_";
+    setup.facts.run = "r";
+    setup.facts.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"SLURM_CONF", "/etc/s.conf"}};
+    return setup;
 }
 
-SimulationLauncherParams launcher_with_jobs()
+LauncherSetup launcher_with_jobs()
 {
-    SimulationLauncherParams params;
-    params.webots = "/opt/webots/webots";
-    params.config.timeout = 600s;
-    params.config.start_timeout = 300s;
-    params.config.gateway = true;
-    return params;
+    LauncherSetup setup;
+    setup.facts.webots = "/opt/webots/webots";
+    setup.config.timeout = 600s;
+    setup.config.start_timeout = 300s;
+    setup.config.gateway = true;
+    return setup;
 }
 
 struct SlurmFixture
 {
-    explicit SlurmFixture(SlurmModeParams params = slurm_params())
-        : slurm(std::move(params), processes, world.clock, log.logger()),
-          launcher(launcher_with_jobs(), processes, world.clock, log.logger(), nullptr, &slurm)
+    explicit SlurmFixture(SlurmSetup const& setup = slurm_setup())
+        : slurm(setup.config, setup.facts, processes, world.clock, log.logger()),
+          launcher(launcher_with_jobs().config, launcher_with_jobs().facts, processes, world.clock,
+                   log.logger(), nullptr, &slurm)
     {}
 
     ~SlurmFixture()
@@ -153,12 +161,12 @@ BOOST_AUTO_TEST_CASE(rows_that_others_have_forged_end_nothing)
 
 BOOST_AUTO_TEST_CASE(what_is_missing_is_told_at_the_start)
 {
-    auto without_srun = slurm_params();
-    without_srun.srun.clear();
+    auto without_srun = slurm_setup();
+    without_srun.facts.srun.clear();
     SlurmFixture first(without_srun);
     BOOST_TEST(first.open() == "srun is not installed, which \"launcher\" needs (slurm-client).");
 
-    auto elsewhere = slurm_params();
+    auto elsewhere = slurm_setup();
     elsewhere.config.job.partition = "gpu";
     SlurmFixture second(elsewhere);
     second.processes.expect().prints("main*\n").exits(0);
@@ -170,8 +178,8 @@ BOOST_AUTO_TEST_CASE(what_is_missing_is_told_at_the_start)
     BOOST_TEST(third.open() ==
                "Slurm has no default partition: name one with \"partition\" of \"launcher\".");
 
-    auto without_tar = slurm_params();
-    without_tar.tar.clear();
+    auto without_tar = slurm_setup();
+    without_tar.facts.tar.clear();
     without_tar.config.copy_to = "/tmp";
     SlurmFixture copying(without_tar);
     BOOST_TEST(copying.open() == "tar is not installed, which \"copyTo\" of \"launcher\" needs.");
@@ -316,9 +324,9 @@ BOOST_AUTO_TEST_CASE(who_claims_to_listen_elsewhere_is_not_believed)
 
 BOOST_AUTO_TEST_CASE(what_a_job_uses_is_what_the_guard_on_its_node_counts)
 {
-    auto params = slurm_params();
-    params.config.job.memory = 5000;
-    SlurmFixture fixture(params);
+    auto setup = slurm_setup();
+    setup.config.job.memory = 5000;
+    SlurmFixture fixture(setup);
     fixture.open_with();
     BOOST_TEST(fixture.open() == "");
     fixture.processes.expect()
@@ -346,9 +354,9 @@ BOOST_AUTO_TEST_CASE(what_a_job_uses_is_what_the_guard_on_its_node_counts)
 
 BOOST_AUTO_TEST_CASE(a_project_is_copied_where_the_node_does_not_see_it)
 {
-    auto params = slurm_params();
-    params.config.copy_to = "/scratch";
-    SlurmFixture fixture(params);
+    auto setup = slurm_setup();
+    setup.config.copy_to = "/scratch";
+    SlurmFixture fixture(setup);
     fixture.open_with();
     BOOST_TEST(fixture.open() == "");
     fixture.processes.expect()

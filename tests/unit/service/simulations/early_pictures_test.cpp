@@ -27,7 +27,7 @@ auto const waits = start_with(R"(,"size":"1280x665")");
 struct Fixture
 {
     explicit Fixture(bool gateway = true, Duration grace = {})
-        : simulations(simulation_service_params(grace), with_talk(talk), 3, ProcessLimits(), gateway)
+        : simulations(simulation_service_setup(grace), with_talk(talk), 3, ProcessLimits(), gateway)
     {}
 
     static SimulationServiceHooks with_talk(testing::FixedSimulatorTalk& talk)
@@ -46,7 +46,7 @@ struct Fixture
     void stage_one()
     {
         simulations.processes.expect().prints(".\n");
-        auto config = simulation_service_params().config;
+        auto config = simulation_service_setup().config;
         StagedWorldConfig staged;
         staged.url = world;
         staged.count = 1;

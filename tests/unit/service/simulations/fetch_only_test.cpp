@@ -22,7 +22,7 @@ std::string const arena = "o/r/blob/main/worlds/a.wbt";
 struct Fixture : SimulationFixture
 {
     explicit Fixture(int max_simulations = 2)
-        : SimulationFixture(simulation_service_params(30s), max_simulations)
+        : SimulationFixture(simulation_service_setup(30s), max_simulations)
     {}
 
     testing::LoopbackChannel& fetch(std::string const& client = {},

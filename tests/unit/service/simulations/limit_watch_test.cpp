@@ -62,7 +62,7 @@ struct Meter
 
 struct Fixture : Meter, SimulationFixture
 {
-    Fixture() : SimulationFixture(simulation_service_params(), hooks_with(meter), 2, limits())
+    Fixture() : SimulationFixture(simulation_service_setup(), hooks_with(meter), 2, limits())
     {
         meter.use.free_bytes = 1000 * megabyte;
     }
@@ -172,7 +172,7 @@ BOOST_AUTO_TEST_CASE(a_server_that_is_stopped_while_it_measures_a_folder_ends_wh
 {
     struct GatedFixture : SlowMeter, SimulationFixture
     {
-        GatedFixture() : SimulationFixture(simulation_service_params(), hooks_with(meter), 2, limits()) {}
+        GatedFixture() : SimulationFixture(simulation_service_setup(), hooks_with(meter), 2, limits()) {}
 
         Gate gate{world.executor()};
     } fixture;

@@ -16,7 +16,7 @@ constexpr auto sentence = "loading: Error: The operator has ended this simulatio
 struct Fixture : SimulationFixture
 {
     explicit Fixture(int max_simulations = 2)
-        : SimulationFixture(simulation_service_params(30s), max_simulations)
+        : SimulationFixture(simulation_service_setup(30s), max_simulations)
     {}
 
     HttpResponse end(std::string_view query, bool is_operator = true, std::string_view method = "POST")

@@ -21,21 +21,20 @@ namespace {
 
 struct Fixture
 {
-    explicit Fixture(std::vector<std::string> urls) : registries(std::move(urls)) {}
+    explicit Fixture(std::vector<std::string> registries) { config.notify = std::move(registries); }
     ~Fixture() { world.run(tasks.end()); }
 
     void start()
     {
-        registration.emplace(registries, url, repositories, http, world.clock, log.logger());
+        registration.emplace(config, url, http, world.clock, log.logger());
         tasks.spawn(run(*registration));
     }
 
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedHttp http{world.clock};
-    std::vector<std::string> registries;
+    SimulationServiceConfig config;
     std::string url;
-    RepositoryRules repositories;
     std::optional<Registration> registration;
     async::TaskGroup tasks{world.executor()};
 };
@@ -57,7 +56,7 @@ BOOST_AUTO_TEST_CASE(a_registry_is_asked_once_by_a_form_and_its_answer_logged_bu
     Fixture fixture({"http://r/"});
     fixture.http.expect("POST http://r/").reply(200, "{\"error\":\"Server name mismatch: x\"}");
     fixture.url = "https://host/2000";
-    fixture.repositories.share_idle_time = 50;
+    fixture.config.repositories.share_idle_time = 50;
     fixture.start();
     fixture.world.advance(24h);
     BOOST_TEST_REQUIRE(fixture.http.requests().size() == 1u); // no heartbeat, no second try
@@ -113,12 +112,13 @@ BOOST_AUTO_TEST_CASE(registries_are_told_again_when_what_they_know_has_changed_a
     fixture.http.expect("POST http://down/").reply(200, "published");
     fixture.start();
     fixture.world.advance(1s);
-    fixture.registration->apply(fixture.repositories);
+    fixture.config.notify.clear();
+    fixture.registration->apply(fixture.config); // registries are not taken over
     fixture.world.advance(1s);
     BOOST_TEST(fixture.http.requests().size() == 2u);
-    fixture.repositories.share_idle_time = 12.5;
-    fixture.repositories.allowed = {"a"};
-    fixture.registration->apply(fixture.repositories);
+    fixture.config.repositories.share_idle_time = 12.5;
+    fixture.config.repositories.allowed = {"a"};
+    fixture.registration->apply(fixture.config);
     fixture.world.advance(1h);
     BOOST_TEST_REQUIRE(fixture.http.requests().size() ==
                        4u); // once more each: the retry of the one that was down is not waited for
@@ -133,8 +133,8 @@ BOOST_AUTO_TEST_CASE(a_change_while_a_registry_is_being_asked_counts)
     fixture.http.expect("POST http://r/").after(5s).reply(200, "new");
     fixture.start();
     fixture.world.advance(1s);
-    fixture.repositories.share_idle_time = 0;
-    fixture.registration->apply(fixture.repositories);
+    fixture.config.repositories.share_idle_time = 0;
+    fixture.registration->apply(fixture.config);
     fixture.world.advance(1h);
     BOOST_TEST(fixture.http.requests().size() == 2u);
     BOOST_TEST(!fixture.log.contains("Registered at http://r/: old"));

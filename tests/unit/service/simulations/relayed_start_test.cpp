@@ -37,9 +37,9 @@ ProcessLimits small_memory()
 
 struct Fixture : SimulationFixture
 {
-    explicit Fixture(SimulationServiceParams params = simulation_service_params(),
+    explicit Fixture(ServiceSetup setup = simulation_service_setup(),
                      SimulationServiceHooks hooks = simulation_service_hooks())
-        : SimulationFixture(std::move(params), std::move(hooks), 2, small_memory())
+        : SimulationFixture(std::move(setup), std::move(hooks), 2, small_memory())
     {}
 
     void drain()
@@ -167,9 +167,9 @@ BOOST_AUTO_TEST_CASE(pages_that_ask_for_reasons_get_them_before_the_error)
 
 BOOST_AUTO_TEST_CASE(a_client_with_its_share_is_refused_here_alone)
 {
-    auto params = simulation_service_params();
-    params.config.simulations_per_address = 1;
-    Fixture fixture(std::move(params));
+    auto setup = simulation_service_setup();
+    setup.config.simulations_per_address = 1;
+    Fixture fixture(std::move(setup));
     fixture.processes.expect().prints(".\n");
     auto& first = fixture.say("a", start(world_url, relayed));
     BOOST_TEST(first.was_told("webots:"));
@@ -186,7 +186,7 @@ BOOST_AUTO_TEST_CASE(without_a_good_ticket_it_is_refused_here_alone)
     hooks.refuse_ticket = [](std::string_view) {
         return std::optional(Failure(errc::refused, "No ticket."));
     };
-    Fixture fixture(simulation_service_params(), std::move(hooks));
+    Fixture fixture(simulation_service_setup(), std::move(hooks));
     for (auto const& message : {start(world_url, relayed), init(relayed)})
         BOOST_TEST(fixture.say("", message).sent == (Texts{"refusal: machine", "loading: Error: No ticket."}),
                    boost::test_tools::per_element());
@@ -265,9 +265,9 @@ BOOST_AUTO_TEST_CASE(websites_are_told_apart_from_session_servers_too)
 
 BOOST_AUTO_TEST_CASE(a_project_runs_only_where_its_labels_are)
 {
-    auto params = simulation_service_params();
-    params.labels = {"gpu", "R2025a"};
-    Fixture fixture(std::move(params));
+    auto setup = simulation_service_setup();
+    setup.facts.labels = {"gpu", "R2025a"};
+    Fixture fixture(std::move(setup));
     fixture.source.webots_yml = "labels: gpu R2025a\n";
     fixture.processes.expect().prints(".\n");
     fixture.processes.expect().prints(".\n");

@@ -23,9 +23,9 @@ std::string const arena_list = R"({"worlds":[{"url":")" + arena_url + R"(","titl
 
 struct ListFixture : SimulationFixture
 {
-    explicit ListFixture(SimulationServiceParams params = simulation_service_params(),
+    explicit ListFixture(ServiceSetup setup = simulation_service_setup(),
                          SimulationServiceHooks hooks = simulation_service_hooks())
-        : SimulationFixture(std::move(params), std::move(hooks))
+        : SimulationFixture(std::move(setup), std::move(hooks))
     {
         source.listed = {listed_world(arena_url, "An arena")};
     }
@@ -100,9 +100,9 @@ BOOST_AUTO_TEST_CASE(only_requests_for_a_list_may_have_a_body)
 
 BOOST_AUTO_TEST_CASE(the_rules_of_a_start_hold_for_the_address_and_for_each_world)
 {
-    auto params = simulation_service_params();
-    params.config.repositories.allowed = {"https://github.com/o/r/tree/main/good"};
-    ListFixture fixture(params);
+    auto setup = simulation_service_setup();
+    setup.config.repositories.allowed = {"https://github.com/o/r/tree/main/good"};
+    ListFixture fixture(setup);
     fixture.source.listed = {listed_world("https://github.com/o/r/blob/main/good/worlds/a.wbt"),
                              listed_world("https://github.com/o/r/blob/main/bad/worlds/b.wbt")};
     auto const refused = fixture.post("https://github.com/o/r");
@@ -185,7 +185,7 @@ BOOST_AUTO_TEST_CASE(where_starts_need_a_ticket_lists_do_too)
     hooks.refuse_ticket = [](std::string_view ticket) {
         return ticket == "good" ? std::nullopt : std::optional(Failure(errc::refused, "No ticket."));
     };
-    ListFixture fixture(simulation_service_params(), std::move(hooks));
+    ListFixture fixture(simulation_service_setup(), std::move(hooks));
     BOOST_TEST(fixture.post("https://github.com/o/r").body.find("No ticket.") != std::string::npos);
     BOOST_TEST(fixture.post("https://github.com/o/r", {}, "/ticket/good/worlds/list").body == arena_list);
     BOOST_TEST(fixture.source.lists.size() == 1u);
@@ -212,7 +212,7 @@ BOOST_AUTO_TEST_CASE(worlds_in_plain_folders_are_those_that_were_found_there)
     finder.worlds = {one, two, other};
     auto hooks = simulation_service_hooks();
     hooks.world_finder = &finder;
-    ListFixture fixture(simulation_service_params(), std::move(hooks));
+    ListFixture fixture(simulation_service_setup(), std::move(hooks));
     fixture.source.refs = RefMeaning::none;
     fixture.source.local = true;
     auto const titles = [&](std::string_view address) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "service/run.hpp"
+#include "service/setups.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -25,15 +26,15 @@
 namespace webots_cloud {
 
 /// Of a server that waits for its browsers for `grace`.
-inline SimulationServiceParams simulation_service_params(Duration grace = {})
+inline ServiceSetup simulation_service_setup(Duration grace = {})
 {
-    SimulationServiceParams params;
-    params.config.reconnect_grace = grace;
-    params.address.host = "host.org";
-    params.address.ssl = false;
-    params.address.port_rewrite = false;
-    params.config.repositories.allowed = {"https://github.com/o"};
-    return params;
+    ServiceSetup setup;
+    setup.config.reconnect_grace = grace;
+    setup.facts.address.host = "host.org";
+    setup.facts.address.ssl = false;
+    setup.facts.address.port_rewrite = false;
+    setup.config.repositories.allowed = {"https://github.com/o"};
+    return setup;
 }
 
 /// Tokens are `token1`, `token2` and so on; those in addresses `secreta`, `secretb`.
@@ -48,18 +49,18 @@ inline SimulationServiceHooks simulation_service_hooks(SimulationLogs* logs = nu
     return hooks;
 }
 
-inline SimulationLauncherParams simulation_launcher_params(int max_simulations,
-                                                           ProcessLimits const& limits = ProcessLimits(),
-                                                           bool gateway = false)
+inline LauncherSetup simulation_launcher_setup(int max_simulations,
+                                               ProcessLimits const& limits = ProcessLimits(),
+                                               bool gateway = false)
 {
-    SimulationLauncherParams params;
-    params.config.gateway = gateway;
-    params.limits = limits;
-    params.webots = "/opt/webots/webots";
-    params.config.max_simulations = max_simulations;
-    params.config.timeout = std::chrono::seconds(600);
-    params.config.start_timeout = std::chrono::seconds(300);
-    return params;
+    LauncherSetup setup;
+    setup.config.gateway = gateway;
+    setup.facts.limits = limits;
+    setup.facts.webots = "/opt/webots/webots";
+    setup.config.max_simulations = max_simulations;
+    setup.config.timeout = std::chrono::seconds(600);
+    setup.config.start_timeout = std::chrono::seconds(300);
+    return setup;
 }
 
 inline ProjectFetcherParams project_fetcher_params()
@@ -72,28 +73,27 @@ inline ProjectFetcherParams project_fetcher_params()
 /// At its end nothing may be left: no process, port, directory, task or timer.
 struct SimulationFixture
 {
-    explicit SimulationFixture(SimulationServiceParams params, int max_simulations = 2)
-        : SimulationFixture(std::move(params), simulation_service_hooks(), max_simulations)
+    explicit SimulationFixture(ServiceSetup setup, int max_simulations = 2)
+        : SimulationFixture(std::move(setup), simulation_service_hooks(), max_simulations)
     {}
 
-    /// With what the launcher needs beyond `simulation_launcher_params`.
-    SimulationFixture(SimulationServiceParams params, SimulationLauncherParams launching)
-        : SimulationFixture(std::move(params), simulation_service_hooks(), std::move(launching))
+    /// With what the launcher needs beyond `simulation_launcher_setup`.
+    SimulationFixture(ServiceSetup setup, LauncherSetup launching)
+        : SimulationFixture(std::move(setup), simulation_service_hooks(), std::move(launching))
     {}
 
     /// What simulators print is recorded in `logs`.
-    SimulationFixture(SimulationServiceParams params, SimulationServiceHooks hooks, int max_simulations = 2,
+    SimulationFixture(ServiceSetup setup, SimulationServiceHooks hooks, int max_simulations = 2,
                       ProcessLimits const& limits = ProcessLimits(), bool gateway = false)
-        : SimulationFixture(std::move(params), std::move(hooks),
-                            simulation_launcher_params(max_simulations, limits, gateway))
+        : SimulationFixture(std::move(setup), std::move(hooks),
+                            simulation_launcher_setup(max_simulations, limits, gateway))
     {}
 
-    SimulationFixture(SimulationServiceParams params, SimulationServiceHooks hooks,
-                      SimulationLauncherParams launching)
+    SimulationFixture(ServiceSetup setup, SimulationServiceHooks hooks, LauncherSetup launching)
         : processes(world.clock), source(world.clock), logs(world.clock),
           fetcher(project_fetcher_params(), {Forge("https://github.com", source)}, log.logger(), &source),
-          launcher(std::move(launching), processes, world.clock, log.logger()),
-          service(std::move(params), fetcher, launcher, metrics, world.clock, log.logger(),
+          launcher(launching.config, launching.facts, processes, world.clock, log.logger()),
+          service(setup.config, setup.facts, fetcher, launcher, metrics, world.clock, log.logger(),
                   with_logs(std::move(hooks))),
           tasks(world.executor())
     {

@@ -28,8 +28,8 @@ struct OpenTunnel final : TunnelGroup::Tunnel
 /// A server whose simulations are reached through itself.
 struct Fixture : SimulationFixture
 {
-    explicit Fixture(SimulationServiceParams params = simulation_service_params())
-        : SimulationFixture(std::move(params), simulation_service_hooks(), 2, ProcessLimits(), true)
+    explicit Fixture(ServiceSetup setup = simulation_service_setup())
+        : SimulationFixture(std::move(setup), simulation_service_hooks(), 2, ProcessLimits(), true)
     {}
 
     /// A browser whose simulation is ready at once.
@@ -188,7 +188,7 @@ BOOST_AUTO_TEST_CASE(a_browser_that_would_not_reach_its_simulation_is_told_so)
     BOOST_TEST(
         is_refused(fixture, "at 10.0.0.1 would not reach its simulation: add it to \"trustedProxies\""));
     info.is_from_proxy = true;
-    SimulationFixture without_gateway(simulation_service_params());
+    SimulationFixture without_gateway(simulation_service_setup());
     BOOST_TEST(is_refused(without_gateway, "set \"gateway\" to true"));
     info.public_address = "wss://sim.example.org/machine/abc?x";
     BOOST_TEST(is_refused(fixture, "makes no sense"));
@@ -199,10 +199,10 @@ BOOST_AUTO_TEST_CASE(an_author_is_told_where_controllers_connect_and_the_key_lea
 {
     auto hooks = simulation_service_hooks();
     hooks.new_address_token = [n = 0]() mutable { return std::string(28, static_cast<char>('a' + n++)); };
-    auto params = simulation_service_params();
-    params.config.controller_port = 2900;
-    params.config.controller_repositories = {"https://github.com/o"};
-    SimulationFixture fixture(params, std::move(hooks), 2, ProcessLimits(), true);
+    auto setup = simulation_service_setup();
+    setup.config.controller_port = 2900;
+    setup.config.controller_repositories = {"https://github.com/o"};
+    SimulationFixture fixture(setup, std::move(hooks), 2, ProcessLimits(), true);
     fixture.processes.expect().prints("ipc://2001/e-puck\ntcp://<ip_address>:2001/e-puck\n.\n");
     auto& browser = fixture.say("", std::string(begin));
     std::string const key(20, 'b');
@@ -232,10 +232,10 @@ BOOST_AUTO_TEST_CASE(an_author_is_told_where_controllers_connect_and_the_key_lea
 
 BOOST_AUTO_TEST_CASE(projects_that_are_not_listed_get_no_controllers_and_their_authors_are_told)
 {
-    auto params = simulation_service_params();
-    params.config.controller_port = 2900;
-    params.config.controller_repositories = {"https://github.com/o/other"};
-    Fixture fixture(params);
+    auto setup = simulation_service_setup();
+    setup.config.controller_port = 2900;
+    setup.config.controller_repositories = {"https://github.com/o/other"};
+    Fixture fixture(setup);
     fixture.processes.expect().prints(".\ntcp://<ip_address>:2001/e-puck\n");
     auto& browser = fixture.say("", std::string(begin));
     BOOST_TEST(browser.sent.back() ==
@@ -347,7 +347,7 @@ BOOST_AUTO_TEST_CASE(others_who_watch_a_simulation_do_not_keep_it_from_ending)
 // Section 13.10.
 BOOST_AUTO_TEST_CASE(a_browser_that_returns_is_told_the_same_address_and_its_tunnels_live)
 {
-    Fixture fixture(simulation_service_params(30s));
+    Fixture fixture(simulation_service_setup(30s));
     auto& browser = fixture.start();
     auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
     fixture.lose(browser);
@@ -372,17 +372,17 @@ BOOST_AUTO_TEST_CASE(files_are_read_only)
 
 BOOST_AUTO_TEST_CASE(the_limit_of_traffic_can_be_changed_while_a_simulation_runs)
 {
-    auto params = simulation_service_params();
-    params.config.traffic_limit = 1000;
-    Fixture fixture(params);
+    auto setup = simulation_service_setup();
+    setup.config.traffic_limit = 1000;
+    Fixture fixture(setup);
     auto& browser = fixture.start();
     auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
     auto const now = fixture.world.clock.now();
     (void)group->allowance(now);
     group->count_sent(1'000'000'000);
     BOOST_TEST(group->allowance(now) == 0u);
-    params.config.traffic_limit = 0;
-    fixture.service.apply(params.config);
+    setup.config.traffic_limit = 0;
+    fixture.service.apply(setup.config);
     BOOST_TEST(group->allowance(now) > 0u);
     fixture.leave(browser);
 }

@@ -14,25 +14,25 @@ namespace {
 constexpr auto start_message = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt"}})";
 constexpr auto refusal = "loading: Error: Your network has ";
 
-SimulationServiceParams quota_params(std::size_t max_of_a_client)
+ServiceSetup quota_setup(std::size_t max_of_a_client)
 {
-    auto params = simulation_service_params(30s);
-    params.config.simulations_per_address = static_cast<int>(max_of_a_client);
-    return params;
+    auto setup = simulation_service_setup(30s);
+    setup.config.simulations_per_address = static_cast<int>(max_of_a_client);
+    return setup;
 }
 
-SimulationServiceParams silence_params(std::size_t max_of_all, std::size_t max_of_a_client)
+ServiceSetup silence_setup(std::size_t max_of_all, std::size_t max_of_a_client)
 {
-    auto params = quota_params(0);
-    params.max_silent = max_of_all;
-    params.silent_per_address = max_of_a_client;
-    return params;
+    auto setup = quota_setup(0);
+    setup.config.max_silent = max_of_all;
+    setup.config.silent_per_address = max_of_a_client;
+    return setup;
 }
 
 struct Fixture : SimulationFixture
 {
-    explicit Fixture(std::size_t max_of_a_client) : Fixture(quota_params(max_of_a_client)) {}
-    explicit Fixture(SimulationServiceParams params) : SimulationFixture(std::move(params), 10) {}
+    explicit Fixture(std::size_t max_of_a_client) : Fixture(quota_setup(max_of_a_client)) {}
+    explicit Fixture(ServiceSetup setup) : SimulationFixture(std::move(setup), 10) {}
 
     testing::LoopbackChannel& start(std::string const& client) { return say(client, start_message); }
 
@@ -234,10 +234,10 @@ BOOST_AUTO_TEST_CASE(the_limit_can_be_raised_while_simulations_run)
     Fixture fixture(1);
     auto& first = fixture.run_one("a");
     BOOST_TEST(fixture.start("a").was_told(refusal));
-    fixture.service.apply(quota_params(2).config);
+    fixture.service.apply(quota_setup(2).config);
     auto& second = fixture.run_one("a");
     BOOST_TEST(fixture.start("a").was_told(refusal));
-    fixture.service.apply(quota_params(1).config);
+    fixture.service.apply(quota_setup(1).config);
     fixture.leave(first);
     BOOST_TEST(fixture.start("a").was_told(refusal), "the second runs on");
     fixture.leave(second);
@@ -246,9 +246,9 @@ BOOST_AUTO_TEST_CASE(the_limit_can_be_raised_while_simulations_run)
 
 BOOST_AUTO_TEST_CASE(a_world_has_a_limit_whoever_starts_it)
 {
-    auto params = quota_params(0);
-    params.config.simulations_per_world = 1;
-    Fixture fixture(params);
+    auto setup = quota_setup(0);
+    setup.config.simulations_per_world = 1;
+    Fixture fixture(setup);
     auto& first = fixture.run_one("a");
     BOOST_TEST(fixture.start("b").was_told(
         "loading: Error: This world runs here as often as this server allows (1)."));
@@ -282,7 +282,7 @@ BOOST_AUTO_TEST_CASE(the_log_names_the_key_once_for_each_client)
 
 BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
 {
-    Fixture fixture(silence_params(3, 3));
+    Fixture fixture(silence_setup(3, 3));
     auto& first = fixture.connect("a");
     auto& second = fixture.connect("b");
     auto& third = fixture.connect("c");
@@ -307,7 +307,7 @@ BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
 
 BOOST_AUTO_TEST_CASE(a_client_with_too_many_idle_sockets_takes_no_room_from_others)
 {
-    Fixture fixture(silence_params(10, 2));
+    Fixture fixture(silence_setup(10, 2));
     auto& other = fixture.connect("other");
     auto& first = fixture.connect("greedy");
     std::vector<testing::LoopbackChannel*> idle;

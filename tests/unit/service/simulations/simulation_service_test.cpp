@@ -31,7 +31,7 @@ constexpr auto init_message =
 struct Fixture : SimulationFixture
 {
     explicit Fixture(Duration grace = {}, int max_simulations = 2)
-        : SimulationFixture(simulation_service_params(grace), max_simulations)
+        : SimulationFixture(simulation_service_setup(grace), max_simulations)
     {}
 
     using SimulationFixture::SimulationFixture;
@@ -186,9 +186,9 @@ BOOST_AUTO_TEST_CASE(init_is_answered_with_the_address_alone_and_then_heartbeats
 BOOST_AUTO_TEST_CASE(init_needs_no_allowed_repository_but_a_server_that_is_not_draining)
 {
     Fixture fixture;
-    auto params = simulation_service_params();
-    params.config.repositories.allowed.clear();
-    fixture.service.apply(params.config);
+    auto setup = simulation_service_setup();
+    setup.config.repositories.allowed.clear();
+    fixture.service.apply(setup.config);
     fixture.processes.expect().prints("open\n");
     auto& first = fixture.start(init_message);
     BOOST_TEST(first.sent.back() == "webots:ws://host.org:2001");
@@ -216,8 +216,8 @@ BOOST_AUTO_TEST_CASE(a_server_without_websites_refuses_init_in_words)
     Fixture fixture;
     ProjectFetcher without(project_fetcher_params(), {Forge("https://github.com", fixture.source)},
                            fixture.log.logger());
-    SimulationService service(simulation_service_params(), without, fixture.launcher, fixture.metrics,
-                              fixture.world.clock, fixture.log.logger());
+    SimulationService service(simulation_service_setup().config, simulation_service_setup().facts, without,
+                              fixture.launcher, fixture.metrics, fixture.world.clock, fixture.log.logger());
     testing::LoopbackChannel browser(fixture.world.executor());
     ChannelInfo info;
     info.path = "/client";
@@ -411,9 +411,9 @@ BOOST_AUTO_TEST_CASE(what_keeps_simulations_apart_and_is_missing_is_said_everywh
     Fixture good;
     BOOST_TEST(good.get("/readyz").body == "ready");
     BOOST_TEST(good.get("/metrics").body.find("webots_simulations_isolated 1\n") != std::string::npos);
-    auto params = simulation_service_params();
-    params.isolation_warning = "Nobody & nothing.";
-    Fixture fixture(std::move(params));
+    auto setup = simulation_service_setup();
+    setup.facts.isolation_warning = "Nobody & nothing.";
+    Fixture fixture(std::move(setup));
     auto const ready = fixture.get("/readyz");
     BOOST_TEST(ready.status == 200);
     BOOST_TEST(ready.body == "ready, but: Nobody &amp; nothing.");
@@ -697,9 +697,9 @@ BOOST_AUTO_TEST_CASE(each_path_answers_what_it_always_did_and_nobody_else_may_as
 BOOST_AUTO_TEST_CASE(the_load_is_that_of_the_configured_formula)
 {
     for (bool const strict : {true, false}) {
-        auto params = simulation_service_params();
-        params.config.reference_load = !strict;
-        Fixture fixture(params);
+        auto setup = simulation_service_setup();
+        setup.config.reference_load = !strict;
+        Fixture fixture(setup);
         fixture.metrics.cpu = 10;
         fixture.metrics.next.memory_used = 96;
         fixture.world.advance(1s);
@@ -730,9 +730,10 @@ BOOST_AUTO_TEST_CASE(the_moment_of_the_start_is_no_load)
     testing::RecordingLog log;
     testing::FixedMetrics metrics;
     ProjectFetcher fetcher(project_fetcher_params(), {}, log.logger());
-    SimulationLauncher launcher(simulation_launcher_params(2), processes, world.clock, log.logger());
-    SimulationService service(simulation_service_params(), fetcher, launcher, metrics, world.clock,
-                              log.logger());
+    SimulationLauncher launcher(simulation_launcher_setup(2).config, simulation_launcher_setup(2).facts,
+                                processes, world.clock, log.logger());
+    SimulationService service(simulation_service_setup().config, simulation_service_setup().facts, fetcher,
+                              launcher, metrics, world.clock, log.logger());
     async::TaskGroup tasks(world.executor());
     tasks.spawn(run(service));
     metrics.cpu = 100;
@@ -792,7 +793,7 @@ BOOST_AUTO_TEST_CASE(the_monitor_log_counts_browsers_whose_simulation_runs_and_t
     Texts lines;
     auto hooks = simulation_service_hooks();
     hooks.monitor_log = [&](std::string line) { lines.push_back(std::move(line)); };
-    Fixture fixture(simulation_service_params(), hooks);
+    Fixture fixture(simulation_service_setup(), hooks);
     fixture.processes.expect().prints(".\nreal-time\n");
     fixture.processes.expect().prints(".\n");
     auto& running = fixture.start();
@@ -984,18 +985,17 @@ constexpr auto program_path = "/instances/1/project/controllers/walk/walk.py";
 /// A server whose visitors may change programs, and what is in their folders.
 struct ProgramsFixture
 {
-    explicit ProgramsFixture(bool allowed = true,
-                             SimulationLauncherParams launching = simulation_launcher_params(2))
-        : fixture(params(allowed), hooks(), std::move(launching))
+    explicit ProgramsFixture(bool allowed = true, LauncherSetup launching = simulation_launcher_setup(2))
+        : fixture(setup(allowed), hooks(), std::move(launching))
     {
         files.texts[program_path] = "go";
         fixture.source.files = {"controllers/walk/walk.py"};
         fixture.processes.expect().prints(".\n");
     }
 
-    static SimulationServiceParams params(bool allowed)
+    static ServiceSetup setup(bool allowed)
     {
-        auto made = simulation_service_params(30s);
+        auto made = simulation_service_setup(30s);
         made.config.allow_edit = allowed;
         return made;
     }
@@ -1019,12 +1019,12 @@ struct CompiledFixture : ProgramsFixture
         files.texts["/instances/1/project/controllers/fly/fly.c"] = "int main() {}";
     }
 
-    static SimulationLauncherParams launching()
+    static LauncherSetup launching()
     {
-        auto params = simulation_launcher_params(2);
-        params.compiler.make = "/usr/bin/make";
-        params.compiler.home = "/opt/webots";
-        return params;
+        auto setup = simulation_launcher_setup(2);
+        setup.facts.compiler.make = "/usr/bin/make";
+        setup.facts.compiler.home = "/opt/webots";
+        return setup;
     }
 };
 
@@ -1238,9 +1238,9 @@ BOOST_AUTO_TEST_CASE(without_a_grace_no_token_is_given_and_a_lost_browser_ends_i
 // Protocol 4.1.4, 13.10.
 BOOST_AUTO_TEST_CASE(who_can_return_is_waited_for_when_its_page_is_left_and_others_are_not)
 {
-    SimulationServiceParams params = simulation_service_params();
-    params.config.reconnect_grace = std::nullopt;
-    Fixture fixture(std::move(params));
+    ServiceSetup setup = simulation_service_setup();
+    setup.config.reconnect_grace = std::nullopt;
+    Fixture fixture(std::move(setup));
     for (int i = 0; i < 4; ++i)
         fixture.processes.expect().prints(".\n");
     auto& old = fixture.start();
@@ -1295,9 +1295,9 @@ BOOST_AUTO_TEST_CASE(who_asks_for_heartbeats_hears_one_every_second_and_others_n
 // Protocol 4.1.1, 4.1.3.
 BOOST_AUTO_TEST_CASE(a_browser_extends_its_simulation_as_far_as_the_operator_allows)
 {
-    auto launching = simulation_launcher_params(2);
+    auto launching = simulation_launcher_setup(2);
     launching.config.extendable = 500s;
-    Fixture fixture(simulation_service_params(30s), std::move(launching));
+    Fixture fixture(simulation_service_setup(30s), std::move(launching));
     fixture.processes.expect().prints(".\n");
     auto& browser =
         fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","extend":true}})");
@@ -1537,7 +1537,7 @@ BOOST_AUTO_TEST_CASE(where_tickets_are_asked_for_each_starts_one_simulation)
             return std::nullopt;
         return Failure(errc::refused, "No ticket.");
     };
-    Fixture fixture(simulation_service_params(30s), hooks);
+    Fixture fixture(simulation_service_setup(30s), hooks);
     constexpr auto start = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt"}})";
     for (auto const* path : {"/client", "/ticket/bad/client"}) {
         auto& stranger = fixture.connect("a", path);
@@ -1564,7 +1564,7 @@ BOOST_AUTO_TEST_CASE(where_tickets_are_asked_for_each_starts_one_simulation)
 
 BOOST_AUTO_TEST_CASE(where_no_tickets_are_asked_for_they_mean_nothing)
 {
-    Fixture fixture(simulation_service_params());
+    Fixture fixture(simulation_service_setup());
     IncomingRequest request;
     request.method = "GET";
     request.upgrade = true;
@@ -1588,17 +1588,17 @@ BOOST_AUTO_TEST_CASE(worlds_that_may_run_are_listed_and_looked_for_again)
     add("local:/private/r/blob/main/worlds/b.wbt");
     auto hooks = simulation_service_hooks();
     hooks.world_finder = &finder;
-    auto params = simulation_service_params();
-    params.config.repositories.allowed = {"local:/o"};
-    params.config.repositories.share_idle_time = 0;
-    SimulationFixture fixture(params, std::move(hooks));
+    auto setup = simulation_service_setup();
+    setup.config.repositories.allowed = {"local:/o"};
+    setup.config.repositories.share_idle_time = 0;
+    SimulationFixture fixture(setup, std::move(hooks));
     BOOST_TEST(list_of_worlds(fixture) == R"({"worlds":[{"url":"local:/o/r/blob/main/worlds/a.wbt"}]})");
     add("local:/o/r/blob/main/worlds/c.wbt");
     fixture.world.advance(31s);
     BOOST_TEST(finder.looked == 2);
     BOOST_TEST(list_of_worlds(fixture).find("c.wbt") != std::string::npos);
-    params.config.repositories.allowed = {"local:/private"};
-    fixture.service.apply(params.config);
+    setup.config.repositories.allowed = {"local:/private"};
+    fixture.service.apply(setup.config);
     BOOST_TEST(list_of_worlds(fixture) ==
                R"({"worlds":[{"url":"local:/private/r/blob/main/worlds/b.wbt"}]})");
 }
@@ -1607,7 +1607,7 @@ namespace {
 
 struct PictureFixture
 {
-    PictureFixture() : fixture(simulation_service_params(), with_taker(taker, talk), 3, ProcessLimits(), true)
+    PictureFixture() : fixture(simulation_service_setup(), with_taker(taker, talk), 3, ProcessLimits(), true)
     {
         talk.answers = {"real-time"};
     }

@@ -39,7 +39,7 @@ std::string staged_message_of(int ready, int taken)
 
 SimulationServiceConfig staging_config(int count, Duration max_age = 600s)
 {
-    auto config = simulation_service_params().config;
+    auto config = simulation_service_setup().config;
     StagedWorldConfig staged;
     staged.url = world;
     staged.count = count;
@@ -52,7 +52,7 @@ SimulationServiceConfig staging_config(int count, Duration max_age = 600s)
 struct Fixture : SimulationFixture
 {
     explicit Fixture(int max_simulations = 2, SimulationServiceHooks hooks = simulation_service_hooks())
-        : SimulationFixture(simulation_service_params(), std::move(hooks), max_simulations)
+        : SimulationFixture(simulation_service_setup(), std::move(hooks), max_simulations)
     {}
 
     void stage(SimulationServiceConfig config = staging_config(1))
@@ -315,7 +315,7 @@ BOOST_AUTO_TEST_CASE(a_server_that_drains_or_stages_other_worlds_gives_it_back)
 
     Fixture other;
     other.stage_one();
-    other.stage(simulation_service_params().config);
+    other.stage(simulation_service_setup().config);
     BOOST_TEST(other.processes.alive() == 0);
 }
 
@@ -462,7 +462,7 @@ BOOST_AUTO_TEST_CASE(two_hundred_stagings_of_a_hostile_world_leave_nothing_and_n
     }
     BOOST_TEST(fixture.processes.started().size() == stagings);
     BOOST_TEST(minutes > stagings * 4); // five minutes apart after the first nine
-    fixture.stage(simulation_service_params().config);
+    fixture.stage(simulation_service_setup().config);
     fixture.world.advance(2s);
     BOOST_TEST(fixture.processes.alive() == 0);
     BOOST_TEST(fixture.source.directories().empty());

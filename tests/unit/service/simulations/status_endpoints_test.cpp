@@ -1,4 +1,5 @@
 #include "gate.hpp"
+#include "service/setups.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -33,12 +34,12 @@ ProjectFetcherParams fetcher_params()
     return params;
 }
 
-SimulationLauncherParams launcher_params(int max_simulations)
+LauncherSetup launcher_setup(int max_simulations)
 {
-    SimulationLauncherParams params;
-    params.webots = "/opt/webots/webots";
-    params.config.max_simulations = max_simulations;
-    return params;
+    LauncherSetup setup;
+    setup.facts.webots = "/opt/webots/webots";
+    setup.config.max_simulations = max_simulations;
+    return setup;
 }
 
 core::AdmissionLimits admission_limits(int max_simulations)
@@ -103,24 +104,24 @@ private:
 /// `measure`.
 struct Fixture
 {
-    explicit Fixture(SimulationServiceParams parameters = {}, int max_simulations = 4)
-        : Fixture(std::move(parameters), SimulationServiceHooks(), max_simulations)
+    explicit Fixture(ServiceSetup given = {}, int max_simulations = 4)
+        : Fixture(std::move(given), SimulationServiceHooks(), max_simulations)
     {}
 
-    explicit Fixture(SimulationServiceHooks hooks) : Fixture(SimulationServiceParams(), std::move(hooks), 4)
-    {}
+    explicit Fixture(SimulationServiceHooks hooks) : Fixture(ServiceSetup(), std::move(hooks), 4) {}
 
-    Fixture(SimulationServiceParams parameters, SimulationServiceHooks service_hooks, int max_simulations)
-        : params(std::move(parameters)), hooks(std::move(service_hooks)),
+    Fixture(ServiceSetup given, SimulationServiceHooks service_hooks, int max_simulations)
+        : setup(std::move(given)), hooks(std::move(service_hooks)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
-          launcher(launcher_params(max_simulations), gated_processes, world.clock, log.logger()),
-          context(params, hooks, fetcher, launcher, world.clock, log.logger(),
+          launcher(launcher_setup(max_simulations).config, launcher_setup(max_simulations).facts,
+                   gated_processes, world.clock, log.logger()),
+          context(setup.config, setup.facts, hooks, fetcher, launcher, world.clock, log.logger(),
                   admission_limits(max_simulations))
     {
         source.add("o/r", "a.wbt");
         context.policy.rules.allowed = {"https://github.com/o"};
         context.stager = &stager;
-        endpoints.emplace(params, hooks, context, sessions, metrics);
+        endpoints.emplace(context, sessions, metrics);
     }
 
     ~Fixture()
@@ -215,7 +216,7 @@ struct Fixture
     GatedProcesses gated_processes{processes, gate};
     testing::MemoryProjectSource source{world.clock};
     testing::FixedMetrics metrics;
-    SimulationServiceParams params;
+    ServiceSetup setup;
     SimulationServiceHooks hooks;
     ProjectFetcher fetcher;
     SimulationLauncher launcher;
@@ -318,9 +319,9 @@ BOOST_AUTO_TEST_CASE(it_lives_whatever_the_state_and_is_ready_while_a_simulation
 
 BOOST_AUTO_TEST_CASE(what_keeps_simulations_apart_and_is_missing_makes_nobody_unready_but_is_said_as_text)
 {
-    SimulationServiceParams params;
-    params.isolation_warning = "no <namespaces>";
-    Fixture fixture(params);
+    ServiceSetup setup;
+    setup.facts.isolation_warning = "no <namespaces>";
+    Fixture fixture(setup);
     BOOST_TEST(fixture.get("/readyz").status == 200);
     BOOST_TEST(fixture.get("/readyz").text() == "ready, but: no &lt;namespaces&gt;");
     BOOST_TEST(fixture.shows("webots_simulations_isolated 0"));
@@ -422,7 +423,7 @@ BOOST_AUTO_TEST_CASE(the_report_counts_sessions_starts_and_those_who_came_and_le
 {
     Fixture fixture;
     fixture.metrics.next.memory_used = 12.5;
-    fixture.params.labels = {"gpu"};
+    fixture.setup.facts.labels = {"gpu"};
     fixture.processes.expect().prints(".\n");
     fixture.add_session();
     fixture.run(fixture.add_session());
@@ -447,8 +448,7 @@ BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
     fixture.metrics.host.cores = 8;
     fixture.metrics.host.memory_bytes = 16'000'000'000;
     fixture.metrics.host.graphics_processors = 2;
-    fixture.endpoints.emplace(fixture.params, fixture.hooks, fixture.context, fixture.sessions,
-                              fixture.metrics);
+    fixture.endpoints.emplace(fixture.context, fixture.sessions, fixture.metrics);
     fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
     fixture.world.settle();
     fixture.processes.expect().prints(".\n").renders(25);
@@ -528,15 +528,15 @@ BOOST_AUTO_TEST_CASE(figures_of_others_stand_below_our_own)
 BOOST_AUTO_TEST_CASE(the_monitor_is_made_once_a_second_and_anew_when_the_configuration_has_changed)
 {
     Fixture fixture;
-    fixture.params.config.title = "Old";
+    fixture.setup.config.title = "Old";
     auto const first = fixture.get("/monitor");
     BOOST_TEST(first.status == 200);
     BOOST_TEST(has(first.text(), "Old"));
-    fixture.params.config.title = "New";
+    fixture.setup.config.title = "New";
     BOOST_TEST((fixture.get("/monitor").shared == first.shared));
     fixture.endpoints->refresh_pages();
     BOOST_TEST(has(fixture.get("/monitor").text(), "New"));
-    fixture.params.config.title = "Newer";
+    fixture.setup.config.title = "Newer";
     fixture.world.advance(999ms);
     BOOST_TEST(!has(fixture.get("/monitor").text(), "Newer"));
     fixture.world.advance(1ms);
