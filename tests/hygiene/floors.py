@@ -38,7 +38,7 @@ FLOORS = {
     'src/service': ['webots_cloud/', 'src/core/', 'src/async/', 'src/service/', 'src/web/', *ASIO_CORE],
     'src/testing': ['webots_cloud/', 'src/async/', *ASIO_CORE],
     'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters/', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
-                     'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'malloc.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'arpa/nameser.h', 'ares.h', 'ifaddrs.h', 'net/if.h',
+                     'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'malloc.h', 'fcntl.h', 'dirent.h', 'link.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'arpa/nameser.h', 'ares.h', 'ifaddrs.h', 'net/if.h',
                      'dlfcn.h', 'grp.h', 'pwd.h', 'sched.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
     'src/app': ['webots_cloud/', *FOR_PROGRAMS, 'src/core/', 'src/async/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
