@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace webots_cloud::core {
 namespace {
@@ -59,11 +60,12 @@ std::vector<std::string> said_messages(std::vector<std::string> const& heard)
     for (auto const& text : heard) {
         if (!is_said_once(text))
             continue;
-        auto const said = cut(text, max_said);
-        if (said.size() > left)
+        auto message = said_message(cut(text, max_said));
+        auto const kept = message.size() + sizeof message; // short ones take memory, too
+        if (kept > left)
             break;
-        left -= said.size();
-        messages.push_back(said_message(said));
+        left -= kept;
+        messages.push_back(std::move(message));
     }
     return messages;
 }
