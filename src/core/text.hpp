@@ -1,11 +1,13 @@
 // Small pure text functions that several rooms need.
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace webots_cloud::core {
@@ -30,14 +32,21 @@ struct TextHash
     }
 };
 
+/// As the type of an argument that is forwarded: a string that is gone at the end of the statement. What
+/// returns views takes none.
+template<class Text>
+concept TemporaryString = std::same_as<std::remove_const_t<Text>, std::string>;
+
 /// `text` split at each `separator`; always at least one piece.
 std::vector<std::string_view> split(std::string_view text, char separator);
+std::vector<std::string_view> split(TemporaryString auto&& text, char separator) = delete;
 
 /// All of `pieces` in one string, with `separator` between any two.
 std::string join(std::vector<std::string_view> const& pieces, std::string_view separator);
 
 /// Without spaces, tabs, carriage returns and newlines at both ends.
 std::string_view trim(std::string_view text) noexcept;
+std::string_view trim(TemporaryString auto&& text) = delete;
 
 /// With the capital letters of ASCII made small.
 std::string lower_case(std::string_view text);
@@ -78,6 +87,7 @@ bool percent_decode(std::string_view text, std::string& decoded);
 
 /// A URL without its query and fragment.
 std::string_view without_query(std::string_view url) noexcept;
+std::string_view without_query(TemporaryString auto&& url) = delete;
 
 /// The one of `candidates` that is nearest to `word` (Levenshtein), or empty when none is near.
 std::string_view nearest(std::string_view word, std::vector<std::string_view> const& candidates);

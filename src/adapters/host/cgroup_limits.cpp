@@ -57,8 +57,9 @@ std::optional<double> processor_limit(fs::path const& group, int version)
 {
     if (version == 2)
         return core::processor_limit(read(group / "cpu.max"));
-    return core::processor_limit(core::concat(core::trim(read(group / "cpu.cfs_quota_us")), " ",
-                                              core::trim(read(group / "cpu.cfs_period_us"))));
+    auto const quota = read(group / "cpu.cfs_quota_us");
+    auto const period = read(group / "cpu.cfs_period_us");
+    return core::processor_limit(core::concat(core::trim(quota), " ", core::trim(period)));
 }
 
 /// The microseconds of processors that a group has used. In version 1 another controller counts them, which

@@ -121,8 +121,8 @@ void ControlGroups::add_parent(ControlGroupsParams const& params, std::string co
             parent.folder = place.mount;
             problem.clear();
         }
-        auto const enabled =
-            core::concat(" ", core::trim(read(parent.folder / "cgroup.subtree_control")), " ");
+        auto const controllers = read(parent.folder / "cgroup.subtree_control");
+        auto const enabled = concat(" ", core::trim(controllers), " ");
         if (problem.empty() && enabled.find(concat(" ", controller, " ")) == std::string::npos)
             problem = concat(parent.folder.string(), " has no controller \"", controller, "\"");
         if (!problem.empty()) {

@@ -67,8 +67,9 @@ Location location_of(std::string_view decoded)
 
 std::optional<Location> location_of_rule(std::string_view rule)
 {
+    auto const usual = usual_address(trim(rule));
     std::string decoded;
-    if (!percent_decode(without_query(usual_address(trim(rule))), decoded))
+    if (!percent_decode(without_query(usual), decoded))
         return std::nullopt;
     auto location = location_of(decoded);
     if (location.host.empty() && location.scheme.empty())

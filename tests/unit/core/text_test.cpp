@@ -3,6 +3,9 @@
 #include "core/text.hpp"
 
 #include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
 
 using namespace webots_cloud::core;
 
@@ -83,6 +86,38 @@ BOOST_AUTO_TEST_CASE(splitting_keeps_empty_pieces)
     auto const pieces = split("/a//b", '/');
     BOOST_TEST(pieces.size() == 4u);
     BOOST_TEST(split("", '/').size() == 1u);
+}
+
+namespace {
+
+template<class Text>
+constexpr bool can_split = requires(Text text)
+{
+    split(std::forward<Text>(text), '/');
+};
+
+template<class Text>
+constexpr bool can_trim = requires(Text text)
+{
+    trim(std::forward<Text>(text));
+};
+
+template<class Text>
+constexpr bool can_cut_query = requires(Text text)
+{
+    without_query(std::forward<Text>(text));
+};
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(views_are_made_of_what_outlives_the_statement)
+{
+    BOOST_TEST((can_split<std::string&> && can_split<std::string const&> && can_split<char const*>));
+    BOOST_TEST((can_trim<std::string&> && can_trim<std::string const&> && can_trim<std::string_view>));
+    BOOST_TEST((can_cut_query<std::string&> && can_cut_query<std::string const&>));
+    BOOST_TEST((!can_split<std::string> && !can_split<std::string const>));
+    BOOST_TEST((!can_trim<std::string> && !can_trim<std::string const>));
+    BOOST_TEST((!can_cut_query<std::string> && !can_cut_query<std::string const>));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
