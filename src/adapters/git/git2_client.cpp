@@ -292,7 +292,7 @@ result<> Git2Client::fetch(core::GitObjectId const& commit, bool shallow, GitPac
     auto const ref =
         std::find_if(refs_.begin(), refs_.end(), [&](core::GitRef const& each) { return each.id == commit; });
     if (ref == refs_.end())
-        return Failure(core::GitProblem::no_such_commit, "has no such commit");
+        return Failure(core::GitProblem::no_such_commit);
     return session_->download(ref->name, target);
 }
 

@@ -129,7 +129,7 @@ struct Offer
         else if (text == "# service=git-upload-pack")
             is_smart = true;
         else if (text == "object-format=sha256")
-            return Failure(GitProblem::unknown_format, "has SHA-256 object names, which are not supported");
+            return Failure(GitProblem::unknown_format);
         constexpr std::string_view fetch = "fetch=";
         if (text.starts_with(fetch))
             note(text.substr(fetch.size()));
@@ -185,7 +185,7 @@ result<> GitClient::ask(std::string url, std::string body, Sink sink)
         return {};
     // Forges answer 401 for what does not exist, so as not to tell what is private.
     if (*status == 404 || *status == 401 || *status == 403 || *status == 410)
-        return Failure(GitProblem::no_such_repository, "does not exist or is private");
+        return Failure(GitProblem::no_such_repository);
     if (*status == 429 || *status >= 500)
         return Failure(GitProblem::unreachable,
                        concat("the git server answers with status ", std::to_string(*status)));
@@ -219,7 +219,7 @@ result<std::vector<core::GitRef>> GitClient::ls_refs(std::vector<std::string> co
         if (!ref)
             return ref.error();
         if (refs.size() >= max_refs)
-            return Failure(GitProblem::too_many_refs, "has too many branches that begin alike");
+            return Failure(GitProblem::too_many_refs);
         refs.push_back(std::move(*ref));
         return {};
     };

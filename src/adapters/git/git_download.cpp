@@ -192,9 +192,7 @@ result<core::GitObjectId> GitDownload::root_of(core::GitObjectId const& id)
         return Failure(GitProblem::object_missing, "the git server left out the commit");
     auto const root = commit ? core::tree_of_commit(*commit) : result<core::GitObjectId>(Failure());
     if (!root)
-        return Failure(GitProblem::not_a_commit,
-                       concat("has no commit at \"", core::printable(order_.project.ref_and_folder, 100),
-                              "\", but something else"));
+        return Failure(GitProblem::not_a_commit, core::printable(order_.project.ref_and_folder, 100));
     proof_->add_commit(*commit);
     return root;
 }
@@ -231,9 +229,8 @@ result<core::GitWay> GitDownload::find_folder(core::GitTarget const& target)
     if (std::none_of(entries->begin(), entries->end(),
                      [](auto const& entry) { return entry.name == "worlds"; }))
         return Failure(GitProblem::no_such_folder,
-                       target.folder.empty()
-                           ? "has no folder \"worlds\""
-                           : concat("has no folder \"", core::printable(target.folder, 200), "/worlds\""));
+                       target.folder.empty() ? "worlds"
+                                             : concat(core::printable(target.folder, 200), "/worlds"));
     return way;
 }
 

@@ -354,7 +354,7 @@ GitOutcome GitFetch::fetch_pack(GitWants const& wants)
     auto fetched = peer_.fetch(wants, capabilities_.version_2,
                                peer_limits(limits.bytes - std::min(limits.bytes, before)), pack, progress);
     if (fetched && !capabilities_.version_2 && !download_->staging().find(wants.ids.front()))
-        fetched = Failure(GitProblem::no_such_commit, "has no such commit");
+        fetched = Failure(GitProblem::no_such_commit);
     unpacked_ = pack.unpacked();
     if (files_wanted_ > 0)
         files_read_ += pack.objects_read();

@@ -31,6 +31,7 @@ namespace webots_cloud::adapters {
 namespace {
 
 using core::concat;
+using core::Refused;
 
 constexpr std::size_t block = 64 * 1024;
 
@@ -64,14 +65,13 @@ struct FreeArchive
 Failure bad_zip(archive* reader)
 {
     auto const* const words = archive_error_string(reader);
-    return core::refused(core::Refused::bad_zip,
+    return core::refused(Refused::bad_zip,
                          {{"words", core::printable(words ? words : "it can't be read", 200)}});
 }
 
-Failure refuse(std::string_view what, std::string_view path)
+Failure refuse(Refused entry, std::string_view path)
 {
-    return core::refused(core::Refused::forbidden_entry,
-                         {{"what", what}, {"path", core::printable(path, 100)}});
+    return core::refused(entry, {{"path", core::printable(path, 100)}});
 }
 
 result<std::string> read_tail(int file, std::uint64_t size)
@@ -137,7 +137,7 @@ private:
         if (auto const counted = count(path); !counted)
             return counted;
         if (!is_folder && !seen_.insert(path).second)
-            return refuse("two files with one name", path);
+            return refuse(Refused::zip_with_file_twice, path);
         return is_folder ? make(*folder, file_name(path), path) : write(*folder, file_name(path), path);
     }
 
@@ -145,15 +145,15 @@ private:
     {
         auto const type = archive_entry_filetype(entry);
         if (archive_entry_symlink(entry) || archive_entry_hardlink(entry) || type == AE_IFLNK)
-            return refuse("a link", path);
+            return refuse(Refused::zip_with_link, path);
         if (type != AE_IFREG && type != AE_IFDIR)
-            return refuse("a device or pipe", path);
+            return refuse(Refused::zip_with_device, path);
         if (archive_entry_is_encrypted(entry))
-            return refuse("an encrypted file", path);
+            return refuse(Refused::zip_encrypted, path);
         // Others need memory that the archive, and not we, would choose.
         auto const method = std::string_view(archive_format_name(reader_));
         if (!method.ends_with("(deflation)") && !method.ends_with("(uncompressed)"))
-            return refuse("a file with an unusual compression", path);
+            return refuse(Refused::zip_compression, path);
         if (archive_entry_size_is_set(entry) &&
             bytes_ + static_cast<std::uint64_t>(archive_entry_size(entry)) > max_bytes_)
             return too_large();
@@ -165,7 +165,7 @@ private:
     {
         constexpr std::uint64_t remembered = 128; // bytes, besides its path
         if (++entries_ > limits_.entries)
-            return core::refused(core::Refused::too_many_files, {{"max", std::to_string(limits_.entries)}});
+            return core::refused(Refused::too_many_files, {{"max", std::to_string(limits_.entries)}});
         FetchBytes price;
         price.memory = remembered + path.size();
         price.disk = bytes_on_disk(0);
@@ -175,9 +175,8 @@ private:
     Failure too_large() const
     {
         if (max_bytes_ < limits_.bytes)
-            return core::refused(core::Refused::archive_bomb, {{"max", std::to_string(max_bytes_ >> 20)}});
-        return core::refused(core::Refused::project_too_large,
-                             {{"max", std::to_string(limits_.bytes >> 20)}});
+            return core::refused(Refused::archive_bomb, {{"max", std::to_string(max_bytes_ >> 20)}});
+        return core::refused(Refused::project_too_large, {{"max", std::to_string(limits_.bytes >> 20)}});
     }
 
     /// Archives need not name the folders of their files.
@@ -207,14 +206,14 @@ private:
         if (errno != EEXIST)
             return disk_failure();
         if (::fstatat(parent, name, &status, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISDIR(status.st_mode))
-            return refuse("a file and a folder with one name", path);
+            return refuse(Refused::zip_with_file_as_folder, path);
         return {};
     }
 
     result<> write(int parent, char const* name, std::string const& path)
     {
         if (::unlinkat(parent, name, 0) != 0 && errno != ENOENT)
-            return errno == EISDIR ? result<>(refuse("a file and a folder with one name", path))
+            return errno == EISDIR ? result<>(refuse(Refused::zip_with_file_as_folder, path))
                                    : disk_failure();
         FileDescriptor const file(
             ::openat(parent, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));

@@ -147,7 +147,7 @@ GitAction GitFetchPlan::start(GitServerFacts const& facts)
 {
     known_ = facts.known;
     if (facts.is_missing)
-        return fail({GitProblem::no_such_repository, "does not exist or is private"});
+        return fail(Failure(GitProblem::no_such_repository));
     if (!names_commit(project_.ref_and_folder))
         return list_refs();
     auto target = resolve_ref(project_.ref_and_folder, {});

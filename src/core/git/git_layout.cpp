@@ -156,8 +156,7 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
             return entry.kind == Kind::folder && entry.name == part;
         });
         if (found == entries->end())
-            return Failure(GitProblem::no_such_folder,
-                           concat("has no folder \"", printable(path, 200), "\""));
+            return Failure(GitProblem::no_such_folder, printable(path, 200));
         if (!is_safe_file_name(part))
             return refused(Refused::forbidden_folder, {{"name", printable(part, 60)}});
         // A folder as large as that is not even searched for files beside the way.

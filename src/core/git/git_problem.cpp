@@ -113,12 +113,15 @@ Failure explain(Failure const& failure, ProjectRef const& project)
     case GitProblem::no_such_commit:
         return refused(Refused::no_commit, {{"name", repository}});
     case GitProblem::no_such_ref:
+        return refused(Refused::no_ref, {{"name", repository}, {"ref", failure.detail()}});
     case GitProblem::no_such_folder:
+        return refused(Refused::no_folder, {{"name", repository}, {"folder", failure.detail()}});
     case GitProblem::not_a_commit:
-        return refused(Refused::not_in_repository, {{"name", repository}, {"what", words}});
+        return refused(Refused::not_a_commit, {{"name", repository}, {"ref", failure.detail()}});
     case GitProblem::too_many_refs:
+        return refused(Refused::too_many_refs, {{"name", repository}});
     case GitProblem::unknown_format:
-        return refused(code, Refused::unusable_repository, {{"name", repository}, {"what", words}});
+        return refused(Refused::sha256_repository, {{"name", repository}});
     case GitProblem::unreachable:
     case GitProblem::timed_out:
         return refused(code, Refused::site_unreachable, {{"site", project.forge}, {"why", words}});

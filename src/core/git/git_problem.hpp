@@ -13,25 +13,24 @@
 
 namespace webots_cloud::core {
 
-/// As the code of a `Failure`, whose detail is then words without a full stop, for `explain` to complete.
-/// Failures with other codes have sentences.
+/// As the code of a `Failure`, for `explain` to make a sentence of. Failures with other codes have theirs.
 enum class GitProblem
 {
-    // The repository. The words go on after its name: "has no branch or tag ...".
+    // The repository. The detail is what it lacks: the printable name of a ref or folder; or none.
     no_such_repository = 1, ///< Or a private one: forges do not tell.
     no_such_ref,
     no_such_commit,
     no_such_folder,
-    not_a_commit, ///< The ref points to something else.
-    too_many_refs,
+    not_a_commit,   ///< The ref points to something else.
+    too_many_refs,  ///< That begin alike.
     unknown_format, ///< Object names are SHA-256.
 
-    // The way to the server.
+    // The way to the server: what has happened, in words without a full stop.
     unreachable, ///< Or out of order: status 5xx.
     timed_out,
     answer_too_large, ///< Larger than the limit of a single answer.
 
-    // The server's answer.
+    // The server's answer: as before.
     malformed,             ///< It is not git's protocol.
     server_error,          ///< The server reports one; the words are its own.
     object_not_advertised, ///< The same: it does not send an object that no ref points to.

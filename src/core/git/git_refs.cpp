@@ -161,9 +161,7 @@ result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRe
         }
     }
     if (!best)
-        return Failure(
-            GitProblem::no_such_ref,
-            concat("has no branch or tag \"", printable(unknown_ref(ref_and_folder, refs), 100), "\""));
+        return Failure(GitProblem::no_such_ref, printable(unknown_ref(ref_and_folder, refs), 100));
     return target(best->id, ref_and_folder, longest);
 }
 

@@ -92,8 +92,7 @@ result<std::vector<GitWorldFile>> find_git_worlds(GitObjectId const& root, std::
             return entry.kind == Kind::folder && entry.name == part;
         });
         if (found == entries->end())
-            return Failure(GitProblem::no_such_folder,
-                           concat("has no folder \"", printable(path, 200), "\""));
+            return Failure(GitProblem::no_such_folder, printable(path, 200));
         tree = found->id;
     }
     WorldsOfTree search(limits, lookup);

@@ -255,7 +255,7 @@ Beginning const of_folder_of_commit{commit_in_folder, nothing, "find commit"};
 constexpr std::string_view unreachable =
     "fail: https://forge.example can't be reached: words. Try again later.";
 constexpr std::string_view says_words = "fail: https://forge.example: words.";
-constexpr std::string_view no_repository = "fail: Repository ann/robots words.";
+constexpr std::string_view no_folder = "fail: Repository ann/robots has no folder \"words\".";
 constexpr std::string_view stale =
     "stale: https://forge.example can't be reached: words. Starting ann/robots from the cache.";
 
@@ -313,7 +313,10 @@ BOOST_AUTO_TEST_CASE(a_server_that_can_not_be_asked_is_replaced_by_the_cache)
          {{sentence(errc::timed_out), "find last"}, {CacheMiss(), "fail: A sentence."}}},
         {"aborted", of_main, {{aborted(), "fail: aborted"}}},
         {"no memory for the refs", of_main, {{sentence(errc::unavailable), "fail: A sentence."}}},
-        {"too many refs", of_main, {{problem(GitProblem::too_many_refs), no_repository}}},
+        {"too many refs",
+         of_main,
+         {{problem(GitProblem::too_many_refs),
+           "fail: Repository ann/robots has too many branches that begin alike."}}},
         {"refs without end", of_main, {{problem(GitProblem::answer_too_large), says_words}}},
     });
 }
@@ -339,7 +342,9 @@ BOOST_AUTO_TEST_CASE(capabilities_are_asked_for_when_the_refs_are_not_understood
           {CacheMiss(), says_words}}},
         {"SHA-256",
          of_main,
-         {{problem(GitProblem::malformed), "ask"}, {problem(GitProblem::unknown_format), no_repository}}},
+         {{problem(GitProblem::malformed), "ask"},
+          {problem(GitProblem::unknown_format),
+           "fail: Repository ann/robots has SHA-256 object names, which are not supported."}}},
         {"it has stopped answering",
          of_main,
          {{problem(GitProblem::malformed), "ask"},
@@ -445,7 +450,7 @@ BOOST_AUTO_TEST_CASE(worlds_are_listed_without_the_files_of_a_project_and_nothin
                     {sentence(errc::too_large), "read worlds"},
                     {Done(), "done"}})},
             {"a folder that is not there", of_folder,
-             begun({{problem(GitProblem::no_such_folder), no_repository}})},
+             begun({{problem(GitProblem::no_such_folder), no_folder}})},
             {"an old server",
              Beginning{"main", known(false, true, false), "list refs old"},
              {{refs(), "wait"},
@@ -660,8 +665,9 @@ BOOST_AUTO_TEST_CASE(a_failure_ends_a_download_wherever_it_happens)
         {sentence(errc::too_large), "fail: A sentence."},
         {sentence(errc::unavailable), "fail: A sentence."},
         {problem(GitProblem::object_missing), says_words},
-        {problem(GitProblem::no_such_folder), no_repository},
-        {problem(GitProblem::not_a_commit), no_repository},
+        {problem(GitProblem::no_such_folder), no_folder},
+        {problem(GitProblem::not_a_commit),
+         "fail: Repository ann/robots has no commit at \"words\", but something else."},
         {problem(GitProblem::unreachable), unreachable},
     };
     for (std::size_t until = 1; until <= way.size(); ++until)

@@ -25,11 +25,12 @@ GitRef ref(std::string name, char digit)
     return made;
 }
 
-/// `<first digit of the commit>:<folder>`, or what is wrong.
+/// `<first digit of the commit>:<folder>`, or which ref there is not.
 std::string resolved(std::string_view path, std::vector<GitRef> const& refs)
 {
     auto const target = resolve_ref(path, refs);
-    return target ? to_hex(target->commit).substr(0, 1) + ":" + target->folder : target.error().message();
+    return target ? to_hex(target->commit).substr(0, 1) + ":" + target->folder
+                  : "none: " + target.error().detail();
 }
 
 } // namespace
@@ -53,8 +54,8 @@ BOOST_AUTO_TEST_CASE(the_longest_ref_wins)
 BOOST_AUTO_TEST_CASE(a_ref_matches_whole_segments_only)
 {
     std::vector const refs{ref("refs/heads/main", 'a')};
-    BOOST_TEST(resolved("main2/projects", refs) == "has no branch or tag \"main2\"");
-    BOOST_TEST(resolved("mai", refs) == "has no branch or tag \"mai\"");
+    BOOST_TEST(resolved("main2/projects", refs) == "none: main2");
+    BOOST_TEST(resolved("mai", refs) == "none: mai");
 }
 
 BOOST_AUTO_TEST_CASE(what_is_no_ref_is_named_without_the_folder_after_it)
@@ -62,13 +63,13 @@ BOOST_AUTO_TEST_CASE(what_is_no_ref_is_named_without_the_folder_after_it)
     std::vector const refs{ref("refs/heads/main", 'a'), ref("refs/heads/team/red", 'b'),
                            ref("refs/tags/team/v1/final", 'c')};
     auto const named = [&](std::string_view path) { return resolved(path, refs); };
-    BOOST_TEST(named("mian/projects/robots") == "has no branch or tag \"mian\"");
-    BOOST_TEST(named("team/green/projects/robots") == "has no branch or tag \"team/green\"");
-    BOOST_TEST(named("team/v1/draft/projects") == "has no branch or tag \"team/v1/draft\"");
-    BOOST_TEST(named("team/v1") == "has no branch or tag \"team/v1\"");
-    BOOST_TEST(named("team") == "has no branch or tag \"team\"");
-    BOOST_TEST(named("refs/heads/mian/projects") == "has no branch or tag \"refs/heads/mian\"");
-    BOOST_TEST(resolved("mian/projects", {}) == "has no branch or tag \"mian\"");
+    BOOST_TEST(named("mian/projects/robots") == "none: mian");
+    BOOST_TEST(named("team/green/projects/robots") == "none: team/green");
+    BOOST_TEST(named("team/v1/draft/projects") == "none: team/v1/draft");
+    BOOST_TEST(named("team/v1") == "none: team/v1");
+    BOOST_TEST(named("team") == "none: team");
+    BOOST_TEST(named("refs/heads/mian/projects") == "none: refs/heads/mian");
+    BOOST_TEST(resolved("mian/projects", {}) == "none: mian");
 }
 
 BOOST_AUTO_TEST_CASE(a_branch_goes_before_a_tag_of_the_same_name_in_either_order)
@@ -100,8 +101,8 @@ BOOST_AUTO_TEST_CASE(the_full_name_tells_a_branch_from_a_tag_of_the_same_name)
 BOOST_AUTO_TEST_CASE(other_kinds_of_refs_cannot_be_named)
 {
     std::vector const refs{ref("refs/pull/1/head", 'a'), ref("refs/remotes/main", 'b')};
-    BOOST_TEST(resolved("refs/pull/1/head", refs) == "has no branch or tag \"refs/pull/1/head\"");
-    BOOST_TEST(resolved("main", refs) == "has no branch or tag \"main\"");
+    BOOST_TEST(resolved("refs/pull/1/head", refs) == "none: refs/pull/1/head");
+    BOOST_TEST(resolved("main", refs) == "none: main");
 }
 
 BOOST_AUTO_TEST_CASE(branches_and_tags_are_told_from_refs_that_strangers_may_write)

@@ -32,7 +32,7 @@ std::string file_item(std::string_view name, int number = 9)
     return item("100644", name, number);
 }
 
-/// The paths that are found from the tree 1, or what is wrong.
+/// The paths that are found from the tree 1, or which folder there is not.
 std::string found(std::map<int, std::string> const& trees, std::string_view path = {},
                   GitWorldLimits const& limits = {})
 {
@@ -44,7 +44,7 @@ std::string found(std::map<int, std::string> const& trees, std::string_view path
     };
     auto const worlds = find_git_worlds(id(1), path, limits, lookup);
     if (!worlds)
-        return worlds.error().message();
+        return (worlds.error() == GitProblem::no_such_folder ? "none: " : "") + worlds.error().detail();
     std::string text;
     for (auto const& world : *worlds)
         text += world.path + " ";
@@ -67,8 +67,8 @@ BOOST_AUTO_TEST_CASE(worlds_are_files_in_folders_of_that_name_wherever_these_are
     BOOST_TEST(found(trees, "src") == "src/drive/worlds/city.wbt ");
     BOOST_TEST(found(trees, "worlds") == "worlds/b.wbt worlds/my map.wbt ");
     BOOST_TEST(found(trees, "worlds/d.wbt") == "");
-    BOOST_TEST(found(trees, "src/other") == "has no folder \"src/other\"");
-    BOOST_TEST(found(trees, "map.wbt") == "has no folder \"map.wbt\"");
+    BOOST_TEST(found(trees, "src/other") == "none: src/other");
+    BOOST_TEST(found(trees, "map.wbt") == "none: map.wbt");
 }
 
 BOOST_AUTO_TEST_CASE(names_that_no_address_has_are_left_out)
