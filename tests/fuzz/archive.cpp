@@ -66,8 +66,7 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     FileDescriptor const archive(::memfd_create("archive", MFD_CLOEXEC));
     fuzz::require(write_all(archive.get(), text).has_value());
     auto const root = open_folder(AT_FDCWD, (scratch.path / "root").c_str());
-    std::atomic<bool> const aborted = false;
-    auto const unpacked = unpack_zip(archive.get(), root->get(), limits(), aborted);
+    auto const unpacked = unpack_zip(archive.get(), root->get(), limits());
     fuzz::require(unpacked || !unpacked.error().message().empty());
     fuzz::require(!unpacked || unpacked->size() <= core::max_forbidden);
     fuzz::require(std::distance(fs::directory_iterator(scratch.path), fs::directory_iterator()) == 1);

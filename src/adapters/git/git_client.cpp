@@ -175,12 +175,10 @@ result<> GitClient::ask(std::string url, std::string body, Sink sink)
     }
     request.body = std::move(body);
     request.sink = std::move(sink);
-    bool stopped_by_sink = false;
-    request.stopped_by_sink = &stopped_by_sink;
+    request.explain = about_transport;
     auto const status = http_.send(request, limits_);
-    // The sink knows better than the transport why it has stopped that.
     if (!status)
-        return stopped_by_sink ? status.error() : about_transport(status.error());
+        return status.error();
     if (*status == 200)
         return {};
     // Forges answer 401 for what does not exist, so as not to tell what is private.

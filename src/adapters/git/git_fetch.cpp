@@ -6,8 +6,6 @@
 #include "core/text.hpp"
 #include "core/web_form.hpp"
 
-#include <boost/asio/error.hpp>
-
 #include <algorithm>
 #include <type_traits>
 #include <variant>
@@ -22,9 +20,15 @@ using core::GitFiles;
 using core::GitOutcome;
 using core::GitProblem;
 
-constexpr Duration max_fetch_time = std::chrono::hours(24); // later than that, the sum could overflow
-
 constexpr std::uint64_t memory_of_refs = std::uint64_t{16} << 20; // of 8 MB that a server may list
+
+std::function<void(bool)> teller_of(GitProgress* progress)
+{
+    return [progress](bool waits) {
+        if (progress)
+            progress->report_waiting(waits);
+    };
+}
 
 /// Actions after which somebody else goes on.
 template<class Action>
@@ -53,17 +57,18 @@ GitOutcome outcome_of(result<> const& done)
 
 GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceConfig const& config,
                    std::shared_ptr<FetchBudget> budget, GitFetchOrder order)
-    : http_(http), cache_(cache), servers_(servers), config_(config), budget_(std::move(budget)),
-      order_(std::move(order)), url_(order_.project.clone_url()), plan_(order_.project, order_.purpose),
-      peer_(http_, cache_, remote_of(order_.project))
+    : http_(http), cache_(cache), servers_(servers), config_(config), order_(std::move(order)),
+      url_(order_.project.clone_url()), plan_(order_.project, order_.purpose),
+      peer_(http_, cache_, remote_of(order_.project)), deadline_(order_.aborted, order_.limits.timeout),
+      share_(std::move(budget), deadline_.waiting(teller_of(order_.progress)))
 {}
 
 // ---- the plan ------------------------------------------------------------------------------------------
 
 std::optional<result<GitFetched>> GitFetch::look_up()
 {
-    start_clock();
-    FetchShare::Loan const loan(*share_);
+    deadline_.restart();
+    FetchShare::Loan const loan(share_);
     core::GitServerFacts facts;
     facts.is_missing = servers_.is_missing(url_);
     facts.known = servers_.capabilities(order_.project.forge);
@@ -76,8 +81,8 @@ std::optional<result<GitFetched>> GitFetch::look_up()
 
 result<GitFetched> GitFetch::download()
 {
-    start_clock(); // for its turn it has waited through no fault of the server's
-    FetchShare::Loan const loan(*share_);
+    deadline_.restart();
+    FetchShare::Loan const loan(share_);
     Turn turn;
     turn.known = servers_.capabilities(order_.project.forge);
     auto const action = run(plan_.next(turn));
@@ -132,7 +137,7 @@ GitOutcome GitFetch::carry_out(ListRefs const& action)
 {
     FetchBytes price;
     price.memory = memory_of_refs;
-    if (auto const taken = share_->take(price); !taken)
+    if (auto const taken = share_.take(price); !taken)
         return Failed(taken.error());
     auto limits = peer_limits(order_.limits.bytes);
     // A question that the cache could answer, if need be, does not wait as long as others.
@@ -192,8 +197,8 @@ GitOutcome GitFetch::carry_out(BeginDownload const& action)
     GitDownloadOrder order;
     order.project = order_.project;
     order.limits = order_.limits;
-    order.interrupt = [this] { return may_go_on(); };
-    download_ = std::make_unique<GitDownload>(cache_, *share_, std::move(order));
+    order.interrupt = deadline_.interrupt();
+    download_ = std::make_unique<GitDownload>(cache_, share_, std::move(order));
     if (auto const begun = download_->begin(); !begun)
         return Failed(begun.error());
     return Begun{download_->has_donors()};
@@ -283,10 +288,10 @@ GitOutcome GitFetch::carry_out(FindLargeFiles const&)
     order.url = url_;
     order.repository = core::concat(order_.project.owner, "/", order_.project.repository);
     order.max_bytes = order_.limits.bytes;
-    order.limits = http_limits(order_.limits.bytes);
-    order.share = share_.get();
+    order.limits = deadline_.limits(config_, order_.limits.bytes);
+    order.share = &share_;
     order.progress = order_.progress;
-    order.interrupt = [this] { return may_go_on(); };
+    order.interrupt = deadline_.interrupt();
     large_files_.emplace(http_, std::move(order), download_->index(), download_->files_folder(),
                          download_->scratch_folder());
     auto const found = large_files_->find();
@@ -344,8 +349,7 @@ GitOutcome GitFetch::fetch_in_parts(GitWants wants, Ids const& ids, bool parents
 GitOutcome GitFetch::fetch_pack(GitWants const& wants)
 {
     auto const& limits = order_.limits;
-    GitPackReader pack(
-        download_->staging(), limits.bytes, [this] { return may_go_on(); }, unpacked_);
+    GitPackReader pack(download_->staging(), limits.bytes, deadline_.interrupt(), unpacked_);
     auto const before = received_;
     auto const progress = [&](GitPackReader const& reader, std::uint64_t received) {
         received_ = before + received;
@@ -378,43 +382,9 @@ void GitFetch::report(GitWants const& wants, GitPackReader const& pack)
 
 // ---- limits --------------------------------------------------------------------------------------------
 
-void GitFetch::start_clock()
+GitPeer::Limits GitFetch::peer_limits(std::uint64_t bytes)
 {
-    deadline_ = std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, max_fetch_time);
-    if (share_)
-        return;
-    FetchShare::Waiting waiting;
-    waiting.interrupt = [this] { return may_go_on(); };
-    waiting.tell = [progress = order_.progress](bool waits) {
-        if (progress)
-            progress->report_waiting(waits);
-    };
-    share_ = std::make_unique<FetchShare>(budget_, std::move(waiting));
-}
-
-result<> GitFetch::may_go_on() const
-{
-    if (order_.aborted && order_.aborted->load(std::memory_order_relaxed))
-        return Failure(boost::asio::error::operation_aborted);
-    if (std::chrono::steady_clock::now() > deadline_)
-        return core::refused(core::Refused::fetch_too_slow);
-    return {};
-}
-
-CurlLimits GitFetch::http_limits(std::uint64_t bytes) const
-{
-    CurlLimits limits;
-    limits.aborted = order_.aborted;
-    limits.deadline = deadline_;
-    limits.bytes = bytes;
-    limits.low_speed = config_.low_speed;
-    limits.low_speed_time = config_.low_speed_time;
-    return limits;
-}
-
-GitPeer::Limits GitFetch::peer_limits(std::uint64_t bytes) const
-{
-    return {http_limits(bytes), share_.get()};
+    return {deadline_.limits(config_, bytes), &share_};
 }
 
 } // namespace webots_cloud::adapters

@@ -4,6 +4,7 @@
 #include "adapters/git_cache/git_cache.hpp"
 #include "adapters/http_client/curl_http.hpp"
 #include "adapters/projects/fetch_budget.hpp"
+#include "adapters/projects/fetch_deadline.hpp"
 #include "git_download.hpp"
 #include "git_lfs.hpp"
 #include "git_peer.hpp"
@@ -63,7 +64,6 @@ public:
 private:
     using Ids = std::vector<core::GitObjectId>;
 
-    void start_clock();
     core::GitAction run(core::GitAction action);
     result<GitFetched> end(core::GitAction const& action);
 
@@ -97,21 +97,18 @@ private:
     core::GitOutcome fetch_pack(GitWants const& wants);
     void report(GitWants const& wants, GitPackReader const& pack);
 
-    result<> may_go_on() const;
-    CurlLimits http_limits(std::uint64_t bytes) const;
-    GitPeer::Limits peer_limits(std::uint64_t bytes) const;
+    GitPeer::Limits peer_limits(std::uint64_t bytes);
 
     CurlHttp& http_;
     GitCache& cache_;
     GitServers& servers_;
     GitSourceConfig const& config_;
-    std::shared_ptr<FetchBudget> budget_;
     GitFetchOrder order_;
     std::string url_;
     core::GitFetchPlan plan_;
     GitPeer peer_;
-    TimePoint deadline_;
-    std::unique_ptr<FetchShare> share_;        ///< Outlives all that it pays for.
+    FetchDeadline deadline_;
+    FetchShare share_;                         ///< Outlives all that it pays for.
     std::unique_ptr<GitDownload> download_;    ///< While there is one.
     std::optional<GitLargeFiles> large_files_; ///< Of the download, once they are looked for.
     core::GitCapabilities capabilities_;       ///< That the download makes use of.

@@ -253,12 +253,13 @@ result<std::vector<core::LfsDownload>> LfsFetch::ask_server(std::vector<core::Lf
         answer += bytes;
         return {};
     };
+    request.explain = [this](Failure const& failure) { return problems_.explain(failure); };
     request.answered_by = &home_;
     auto limits = order_.limits;
     limits.bytes = core::max_lfs_answer;
     auto const status = http_.send(request, limits);
     if (!status)
-        return problems_.explain(status.error());
+        return status.error();
     if (*status != 200)
         return problems_.about_batch(*status);
     auto downloads = core::parse_lfs_batch(answer, pointers);
@@ -324,14 +325,13 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
         return core::base_of(url) == core::base_of(order_.forge) || address == home_ ||
                core::is_public_address(address);
     };
-    bool stopped_by_sink = false;
-    request.stopped_by_sink = &stopped_by_sink;
+    request.explain = [this](Failure const& failure) { return problems_.explain(failure); };
     auto limits = order_.limits;
     limits.abandoned = &abandoned_;
     limits.bytes = pointer.size + memory_of_file; // the sink is stricter, and has better words
     auto const status = http_.send(request, limits);
     if (!status)
-        return stopped_by_sink ? status.error() : problems_.explain(status.error());
+        return status.error();
     if (*status != 200)
         return problems_.about_object(path_of(file), *status, {});
     return size == pointer.size && digest.finish() == pointer.object ? result<>() : wrong();

@@ -236,17 +236,12 @@ private:
             root = check_out();
         if (!root)
             return root.error();
-        auto header = adapters::require_world(*root, order.project.world);
-        if (!header) {
+        auto project =
+            adapters::finished_project(std::move(*root), to_hex(snapshot.target.commit), order.project.world);
+        if (project)
+            project->forbidden = snapshot.index.forbidden;
+        else
             adapters::unmount_below(order.directory);
-            return header.error();
-        }
-        FetchedProject project;
-        project.root = std::move(*root);
-        project.revision = to_hex(snapshot.target.commit);
-        project.world_header = std::move(*header);
-        project.webots_yml = adapters::read_webots_yml(project.root);
-        project.forbidden = snapshot.index.forbidden;
         return project;
     }
 

@@ -49,6 +49,7 @@ struct Exchange
     std::uint64_t header_bytes = 0;
     std::uint64_t header_lines = 0;
     bool heard_enough = false; ///< Of an answer whose status says it all.
+    bool stopped_by_sink = false;
     result<> outcome{};
     std::string url{}; ///< The request's, or where it was redirected to.
 
@@ -90,8 +91,7 @@ std::size_t on_body(char* bytes, std::size_t, std::size_t count, void* user)
                                             std::to_string(exchange.limits.bytes >> 20), " MB"));
     else if (!exchange.must_stop()) {
         exchange.outcome = exchange.request.sink(std::string_view(bytes, count));
-        if (exchange.outcome.has_error() && exchange.request.stopped_by_sink)
-            *exchange.request.stopped_by_sink = true;
+        exchange.stopped_by_sink = exchange.outcome.has_error();
     }
     return exchange.outcome ? count : 0;
 }
@@ -202,10 +202,16 @@ public:
         curl_easy_cleanup(curl_);
     }
 
-    /// `is_away`: without the request's headers. `redirected` gets the address that the answer points to, or
-    /// empty.
+    /// What `send` tells besides the status.
+    struct Particulars
+    {
+        std::string redirected; ///< The address that the answer points to, or empty.
+        bool stopped_by_sink = false;
+    };
+
+    /// `is_away`: without the request's headers.
     result<int> send(CurlRequest const& request, CurlLimits const& limits, std::string const& url,
-                     bool is_away, std::string& redirected);
+                     bool is_away, Particulars& particulars);
 
 private:
     void prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url, bool is_away);
@@ -256,7 +262,7 @@ void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& lim
 }
 
 result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const& limits,
-                                   std::string const& url, bool is_away, std::string& redirected)
+                                   std::string const& url, bool is_away, Particulars& particulars)
 {
     prepare(request, limits, url, is_away);
     Exchange exchange{.request = request, .limits = limits, .curl = curl_, .url = url};
@@ -277,6 +283,7 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
         curl_easy_setopt(curl_, CURLOPT_PREREQDATA, &exchange);
     }
     auto const code = curl_easy_perform(curl_);
+    particulars.stopped_by_sink = exchange.stopped_by_sink;
     // What has stopped it is the better reason: of a limit or a deadline libcurl knows only that a callback
     // said no.
     if (exchange.outcome.has_error())
@@ -289,7 +296,7 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
     curl_easy_getinfo(curl_, CURLINFO_RESPONSE_CODE, &status);
     char* target = nullptr;
     curl_easy_getinfo(curl_, CURLINFO_REDIRECT_URL, &target);
-    redirected = target ? target : "";
+    particulars.redirected = target ? target : "";
     char* address = nullptr;
     curl_easy_getinfo(curl_, CURLINFO_PRIMARY_IP, &address);
     if (request.answered_by && address)
@@ -328,9 +335,11 @@ result<int> CurlHttp::send(CurlRequest const& request, CurlLimits const& limits)
     auto url = request.url;
     bool is_away = false;
     result<int> status = 0;
+    Handle::Particulars particulars;
     for (int attempt = 0; attempt <= max_redirects; ++attempt) {
-        std::string redirected;
-        status = handle->send(request, limits, url, is_away, redirected);
+        particulars = {};
+        status = handle->send(request, limits, url, is_away, particulars);
+        auto const& redirected = particulars.redirected;
         if (!status || redirected.empty())
             break;
         // What remains after the last attempt, if that is redirected, too.
@@ -349,6 +358,8 @@ result<int> CurlHttp::send(CurlRequest const& request, CurlLimits const& limits)
         url = redirected;
     }
     give_back(std::move(handle));
+    if (!status && !particulars.stopped_by_sink && request.explain)
+        return request.explain(status.error());
     return status;
 }
 

@@ -47,7 +47,8 @@ struct CurlRequest
     /// Gets the answer's body piece by piece when the status is 200; a failure stops the request and is its
     /// result.
     std::function<result<>(std::string_view)> sink;
-    bool* stopped_by_sink = nullptr; ///< Set to true when the failure is the sink's.
+    /// What to say of a failure that is not the sink's, which knows better. Empty: as it is.
+    std::function<Failure(Failure const&)> explain;
     /// Called before a redirect that leads away from `base`, where `headers` are not sent; a failure is the
     /// result. Empty: never followed.
     std::function<result<>(std::string const& url)> may_redirect;
@@ -69,7 +70,7 @@ public:
     /// are read. Blocks.
     ///
     /// Errors: `unreachable` (also: cut), `timed_out`, `too_large`, `operation_aborted`, `protocol_error`,
-    /// `refused` (`may_contact`), what the sink and `may_redirect` returned.
+    /// `refused` (`may_contact`), what the sink, `may_redirect` and `explain` returned.
     result<int> send(CurlRequest const& request, CurlLimits const& limits);
 
 private:

@@ -41,15 +41,7 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
             adapters::copy_tree(root, order.directory, order.limits, *order.progress, aborted);
         !copied)
         return copied.error();
-    auto header = adapters::require_world(order.directory, project.world);
-    if (!header)
-        return header.error();
-    FetchedProject fetched;
-    fetched.root = order.directory;
-    fetched.revision = std::move(state);
-    fetched.world_header = std::move(*header);
-    fetched.webots_yml = adapters::read_webots_yml(fetched.root);
-    return fetched;
+    return adapters::finished_project(order.directory, std::move(state), project.world);
 }
 
 /// Projects in a folder of this machine, which are copied for each simulation.

@@ -4,6 +4,7 @@
 #include "core/text.hpp"
 
 #include <fstream>
+#include <utility>
 
 namespace webots_cloud::adapters {
 namespace {
@@ -17,8 +18,7 @@ std::string beginning_of(std::ifstream& file, std::size_t length)
     return text;
 }
 
-} // namespace
-
+/// The first line of the world file.
 result<std::string> require_world(std::filesystem::path const& root, std::string const& world)
 {
     auto const path = root / "worlds" / world;
@@ -30,6 +30,22 @@ result<std::string> require_world(std::filesystem::path const& root, std::string
         return core::refused(core::Refused::no_world, {{"file", core::printable(world, 200)}});
     auto const line = beginning_of(file, 256);
     return line.substr(0, line.find_first_of("\r\n"));
+}
+
+} // namespace
+
+result<FetchedProject> finished_project(std::filesystem::path root, std::string revision,
+                                        std::string const& world)
+{
+    auto header = require_world(root, world);
+    if (!header)
+        return header.error();
+    FetchedProject project;
+    project.webots_yml = read_webots_yml(root);
+    project.root = std::move(root);
+    project.revision = std::move(revision);
+    project.world_header = std::move(*header);
+    return project;
 }
 
 std::string read_webots_yml(std::filesystem::path const& root)

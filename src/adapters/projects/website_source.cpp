@@ -6,13 +6,16 @@
 #include "adapters/files/remove_tree.hpp"
 #include "adapters/files/restore_file.hpp"
 #include "adapters/threads/blocking_pool.hpp"
+#include "download.hpp"
+#include "fetch_deadline.hpp"
 #include "project_world.hpp"
-#include "website_download.hpp"
 #include "zip_unpack.hpp"
 
+#include "core/projects/website_plan.hpp"
 #include "core/refusals.hpp"
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
+#include "core/web_form.hpp"
 
 #include <webots_cloud/adapters/projects.hpp>
 
@@ -23,6 +26,7 @@
 #include <sys/stat.h>
 
 #include <fstream>
+#include <optional>
 #include <unordered_map>
 
 namespace webots_cloud {
@@ -35,7 +39,6 @@ using core::concat;
 constexpr std::size_t threads = 4; // for work on this machine, and as many for each website
 constexpr mode_t runnable = 0775;
 constexpr std::size_t max_key_length = 4096;
-constexpr std::uint64_t memory_of_download = std::uint64_t{2} << 20; // buffers of libcurl and libarchive
 
 /// The key for a host, which is a safe file name; empty when there is none.
 result<std::string> read_key(fs::path const& keys, std::string const& host)
@@ -68,6 +71,15 @@ result<> make_runnable(fs::path const& root)
     return {};
 }
 
+/// What went wrong on the way to a website.
+Failure unreachable(std::string const& host, Failure const& failure)
+{
+    if (failure.code() == asio::error::operation_aborted)
+        return failure;
+    return core::refused(failure.code(), core::Refused::website_unreachable,
+                         {{"host", host}, {"words", failure.message()}});
+}
+
 /// One project being made.
 class WebsiteFetch
 {
@@ -76,8 +88,9 @@ public:
                  std::shared_ptr<FetchBudget> budget, core::WebsitePlan const& plan, FetchOrder const& order,
                  std::atomic<bool> const& aborted)
         : http_(http), config_(config), plan_(plan), order_(order), project_(*order.website),
-          aborted_(aborted), deadline_(std::chrono::steady_clock::now() + order.limits.timeout),
-          share_(std::move(budget), how_it_waits())
+          aborted_(aborted), deadline_(&aborted, order.limits.timeout),
+          share_(std::move(budget),
+                 deadline_.waiting([this](bool waits) { order_.progress->waiting = waits; }))
     {}
 
     result<FetchedProject> run()
@@ -96,20 +109,6 @@ public:
     }
 
 private:
-    adapters::FetchShare::Waiting how_it_waits()
-    {
-        adapters::FetchShare::Waiting waiting;
-        waiting.interrupt = [this]() -> result<> {
-            if (aborted_.load(std::memory_order_relaxed))
-                return Failure(asio::error::operation_aborted);
-            if (std::chrono::steady_clock::now() > deadline_)
-                return core::refused(core::Refused::fetch_too_slow);
-            return {};
-        };
-        waiting.tell = [progress = order_.progress.get()](bool waits) { progress->waiting = waits; };
-        return waiting;
-    }
-
     result<> copy_template()
     {
         auto const from = config_.projects / plan_.project;
@@ -126,36 +125,55 @@ private:
     /// True when the website had something for this user.
     result<bool> lay_over()
     {
-        FetchBytes price;
-        price.memory = memory_of_download;
-        if (auto const taken = share_.take(price); !taken)
-            return taken.error();
         auto const root = adapters::open_folder(AT_FDCWD, order_.directory.c_str());
         if (!root)
             return root.error();
-        adapters::CurlLimits limits;
-        limits.aborted = &aborted_;
-        limits.deadline = deadline_;
-        limits.bytes = order_.limits.bytes;
-        limits.low_speed = config_.low_speed;
-        limits.low_speed_time = config_.low_speed_time;
-        auto const archive = adapters::download_archive(http_, project_, *plan_.download, limits, root->get(),
-                                                        share_, *order_.progress);
+        auto const archive = download_archive(root->get());
         if (!archive)
             return archive.error();
         if (!*archive)
             return false;
-        adapters::UnpackLimits unpacked;
-        unpacked.entries = order_.limits.files;
-        unpacked.bytes = order_.limits.bytes;
-        unpacked.share = &share_;
-        auto left_out = adapters::unpack_zip((*archive)->get(), root->get(), unpacked, aborted_);
+        adapters::UnpackLimits limits;
+        limits.entries = order_.limits.files;
+        limits.bytes = order_.limits.bytes;
+        limits.share = &share_;
+        auto left_out = adapters::unpack_zip((*archive)->get(), root->get(), limits, deadline_.interrupt());
         if (!left_out)
             return left_out.error();
         forbidden_ = std::move(*left_out);
         if (auto const done = make_runnable(order_.directory); !done)
             return done.error();
         return true;
+    }
+
+    /// Nothing: the user has changed nothing.
+    result<std::optional<adapters::FileDescriptor>> download_archive(int folder)
+    {
+        auto const host = project_.host();
+        adapters::CurlRequest request;
+        request.peer = "the website";
+        request.base = project_.origin;
+        request.url = plan_.download->url;
+        request.agent = "webots_cloud";
+        request.headers.push_back(concat("Content-Type: ", core::form_type));
+        request.body = plan_.download->form;
+        request.explain = [&host](Failure const& failure) { return unreachable(host, failure); };
+        auto const limits = deadline_.limits(config_, order_.limits.bytes);
+        auto answer = adapters::download(http_, std::move(request), limits, folder, share_, *order_.progress);
+        if (!answer)
+            return answer.error();
+        if (answer->status != 200)
+            return core::refused(core::Refused::website_status,
+                                 {{"host", host}, {"status", std::to_string(answer->status)}});
+        switch (core::classify_download(answer->beginning)) {
+        case core::DownloadAnswer::unchanged:
+            return std::optional<adapters::FileDescriptor>();
+        case core::DownloadAnswer::refused:
+            return core::download_refusal(answer->beginning);
+        case core::DownloadAnswer::archive:
+            break;
+        }
+        return std::optional(std::move(answer->file));
     }
 
     /// Written last: neither template nor archive can name another website.
@@ -175,15 +193,9 @@ private:
     {
         if (auto const written = write_host_file(); !written)
             return written.error();
-        auto header = adapters::require_world(order_.directory, project_.world);
-        if (!header)
-            return header.error();
-        FetchedProject fetched;
-        fetched.root = order_.directory;
-        fetched.revision = std::move(revision);
-        fetched.world_header = std::move(*header);
-        fetched.webots_yml = adapters::read_webots_yml(fetched.root);
-        fetched.forbidden = std::move(forbidden_);
+        auto fetched = adapters::finished_project(order_.directory, std::move(revision), project_.world);
+        if (fetched)
+            fetched->forbidden = std::move(forbidden_);
         return fetched;
     }
 
@@ -193,7 +205,7 @@ private:
     FetchOrder const& order_;
     WebsiteProject const& project_;
     std::atomic<bool> const& aborted_;
-    TimePoint deadline_;
+    adapters::FetchDeadline deadline_;
     adapters::FetchShare share_;
     std::vector<std::string> forbidden_; ///< What the archive has beside the project, for its author.
 };

@@ -11,8 +11,6 @@
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 
-#include <boost/asio/error.hpp>
-
 #include <archive.h>
 #include <archive_entry.h>
 #include <fcntl.h>
@@ -94,10 +92,10 @@ class Unpacker
 {
 public:
     Unpacker(archive* reader, int root, UnpackLimits const& limits, std::uint64_t archive_bytes,
-             std::atomic<bool> const& aborted)
+             FetchInterrupt const& interrupt)
         : reader_(reader), walk_(root), limits_(limits),
           max_bytes_(std::min(limits.bytes, std::max(limits.free_growth, limits.growth * archive_bytes))),
-          aborted_(aborted)
+          interrupt_(interrupt)
     {}
 
     result<std::vector<std::string>> run()
@@ -109,6 +107,8 @@ public:
                 return std::move(forbidden_);
             if (outcome != ARCHIVE_OK)
                 return bad_zip(reader_);
+            if (auto const may_go_on = ask(interrupt_); !may_go_on)
+                return may_go_on.error();
             if (auto const added = add(entry); !added)
                 return added.error();
         }
@@ -228,8 +228,8 @@ private:
             bytes_ += static_cast<std::uint64_t>(count);
             if (bytes_ > max_bytes_)
                 return too_large();
-            if (aborted_.load(std::memory_order_relaxed))
-                return Failure(boost::asio::error::operation_aborted);
+            if (auto const may_go_on = ask(interrupt_); !may_go_on)
+                return may_go_on;
             if (auto const paid = pay(static_cast<std::uint64_t>(count)); !paid)
                 return paid;
             auto const text = std::string_view(buffer_.data(), static_cast<std::size_t>(count));
@@ -249,7 +249,7 @@ private:
     FolderWalk walk_;
     UnpackLimits limits_;
     std::uint64_t max_bytes_;
-    std::atomic<bool> const& aborted_;
+    FetchInterrupt const& interrupt_;
     std::uint32_t entries_ = 0;
     std::uint64_t bytes_ = 0;
     std::unordered_set<std::string> seen_;    ///< Files.
@@ -261,7 +261,7 @@ private:
 } // namespace
 
 result<std::vector<std::string>> unpack_zip(int file, int root, UnpackLimits const& limits,
-                                            std::atomic<bool> const& aborted)
+                                            FetchInterrupt const& interrupt)
 {
     auto const end = ::lseek(file, 0, SEEK_END);
     if (end < 0 || ::lseek(file, 0, SEEK_SET) != 0)
@@ -287,7 +287,7 @@ result<std::vector<std::string>> unpack_zip(int file, int root, UnpackLimits con
     archive_read_support_format_zip_seekable(reader.get());
     if (archive_read_open_fd(reader.get(), file, block) != ARCHIVE_OK)
         return bad_zip(reader.get());
-    auto const unpacker = std::make_unique<Unpacker>(reader.get(), root, limits, size, aborted);
+    auto const unpacker = std::make_unique<Unpacker>(reader.get(), root, limits, size, interrupt);
     return unpacker->run();
 }
 

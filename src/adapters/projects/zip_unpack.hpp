@@ -2,10 +2,10 @@
 #pragma once
 
 #include "fetch_budget.hpp"
+#include "fetch_interrupt.hpp"
 
 #include <webots_cloud/error.hpp>
 
-#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -29,9 +29,8 @@ struct UnpackLimits
 /// what is left out since its name could do harm, as in `FetchedProject::forbidden`. Blocks.
 ///
 /// Errors: `protocol_error` (no zip, damaged, encrypted, a name twice, links, devices), `too_large`,
-/// `unavailable` (disk), `operation_aborted` soon after `aborted` becomes true; the detail is a sentence.
-/// What was unpacked before stays.
+/// `unavailable` (disk), and the interrupt's; the detail is a sentence. What was unpacked before stays.
 result<std::vector<std::string>> unpack_zip(int archive, int root, UnpackLimits const& limits,
-                                            std::atomic<bool> const& aborted);
+                                            FetchInterrupt const& interrupt = {});
 
 } // namespace webots_cloud::adapters

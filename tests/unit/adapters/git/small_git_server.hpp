@@ -3,62 +3,41 @@
 #pragma once
 
 #include "adapters/git_packs/git_digest.hpp"
+#include "adapters/projects/small_web_server.hpp"
 #include "core/git/git_object_id.hpp"
 #include "core/git/git_pkt_line.hpp"
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http.hpp>
-
 #include <zlib.h>
 
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
-#include <thread>
 
 namespace webots_cloud {
 
-/// Serves `owner/robots.git` on a thread of its own: on the branch `main` what `folder` holds when the server
+/// Serves `owner/robots.git`: on the branch `main` what `folder` holds when the server
 /// is made, its folders, files and symbolic links.
 class SmallGitServer
 {
 public:
     explicit SmallGitServer(std::filesystem::path const& folder)
-        : acceptor_(context_, {boost::asio::ip::address_v4::loopback(), 0})
     {
         auto const author = std::string("T <t@localhost> 1700000000 +0000");
         commit_ = add(1, "commit",
                       "tree " + to_hex(add_folder(folder)) + "\nauthor " + author + "\ncommitter " + author +
                           "\n\nx\n");
-        thread_ = std::thread([this] { serve(); });
-    }
-
-    ~SmallGitServer()
-    {
-        over_ = true;
-        boost::system::error_code ignored;
-        boost::asio::ip::tcp::socket(context_).connect(acceptor_.local_endpoint(),
-                                                       ignored); // wakes the thread
-        thread_.join();
+        server_.emplace([this](auto const& request, auto& response) { answer(request, response); });
     }
 
     /// How many requests were answered.
-    int asked() const { return asked_; }
+    int asked() const { return server_->asked(); }
 
-    std::string url() const
-    {
-        return "http://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port());
-    }
+    std::string url() const { return server_->url(); }
 
 private:
-    using Request = boost::beast::http::request<boost::beast::http::string_body>;
-    using Response = boost::beast::http::response<boost::beast::http::string_body>;
-
     /// Adds an object to the pack, not compressed.
     core::GitObjectId add(unsigned type, std::string const& name, std::string const& content)
     {
@@ -119,45 +98,21 @@ private:
         return pack.append(id.bytes.begin(), id.bytes.end());
     }
 
-    void serve()
+    void answer(SmallWebServer::Request const& request, SmallWebServer::Response& response) const
     {
-        while (!over_) {
-            boost::system::error_code failed;
-            boost::asio::ip::tcp::socket socket(context_);
-            acceptor_.accept(socket, failed);
-            boost::beast::flat_buffer buffer;
-            Request request;
-            if (!failed)
-                boost::beast::http::read(socket, buffer, request, failed);
-            if (!failed)
-                boost::beast::http::write(socket, answer(request), failed);
-        }
-    }
-
-    Response answer(Request const& request)
-    {
-        ++asked_;
         using core::pkt_line;
-        Response response;
-        response.keep_alive(false); // one thread serves one connection after the other
         if (request.target() != "/owner/robots.git/git-upload-pack")
             response.result(404);
         else if (request.body().find("command=ls-refs") != std::string::npos)
             response.body() = pkt_line(to_hex(commit_) + " refs/heads/main\n").append(core::pkt_flush);
         else
             response.body() = pkt_line("packfile\n").append(pkt_line("\1" + pack())).append(core::pkt_flush);
-        response.prepare_payload();
-        return response;
     }
 
-    boost::asio::io_context context_;
-    boost::asio::ip::tcp::acceptor acceptor_;
     std::string objects_;
     unsigned count_ = 0; ///< Of objects; less than 256.
     core::GitObjectId commit_;
-    std::atomic<bool> over_ = false;
-    std::atomic<int> asked_ = 0;
-    std::thread thread_;
+    std::optional<SmallWebServer> server_;
 };
 
 } // namespace webots_cloud
