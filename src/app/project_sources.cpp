@@ -29,19 +29,27 @@ ProjectSources::ProjectSources(asio::any_io_executor const& executor, Simulation
         users_ = machine.trial.user.subordinate;
     if (users_)
         users_files_ = adapters::for_subordinate_users(*files_, users_, instances_);
-    std::vector<Forge> forges;
-    ProjectSource* git = nullptr; // all git servers share it, and with it one cache and its limit
-    for (auto const& forge : config.forges) {
-        ForgeAddress const address(forge.url, forge.kind);
-        if (!forge.is_server()) {
-            forges.emplace_back(address, own(make_directory_source(forge.directory)));
-            continue;
+    // Servers that are asked in one way share a source, and with it one cache and its limit.
+    ProjectSource* git = nullptr;
+    auto const source_of_server = [&](ForgeKind kind) -> ProjectSource& {
+        switch (kind) { // without "default": the compiler asks about a new kind
+        case ForgeKind::unknown:
+        case ForgeKind::github:
+        case ForgeKind::gitlab:
+        case ForgeKind::gitea:
+        case ForgeKind::bitbucket:
+            break;
         }
-        // All kinds of servers (`address.kind`) are of git.
         if (!git)
             git = &own(make_git_source(executor, config.git, config.http_client,
                                        GitFolders(machine.cache, instances_), log, budget_));
-        forges.emplace_back(address, *git);
+        return *git;
+    };
+    std::vector<Forge> forges;
+    for (auto const& forge : config.forges) {
+        ForgeAddress const address(forge.url, forge.kind);
+        forges.emplace_back(address, forge.is_server() ? source_of_server(address.kind)
+                                                       : own(make_directory_source(forge.directory)));
     }
     ProjectSource* websites = nullptr;
     if (!config.docker) { // the pages of websites know nothing of containers

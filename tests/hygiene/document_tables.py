@@ -8,13 +8,13 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # Whatever starts threads has a row in "Threads". Add the file here together with the row.
 STARTS_THREADS = {
-    'adapters/files/mount_thread', 'adapters/git/git2_transport', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_lfs', 'adapters/git/git_source',
+    'adapters/files/mount_thread', 'adapters/git/git2_transport', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_lfs',
     'adapters/git_cache/git_checkout', 'adapters/git_packs/git_copy', 'adapters/host/nvml', 'adapters/logs/kept_file', 'adapters/logs/line_file',
     'adapters/logs/simulation_logs', 'adapters/mail/curl_smtp', 'adapters/process/guard_probe', 'adapters/process/process_host', 'adapters/process/process_inspection',
     'adapters/process/subordinate_users',
-    'adapters/projects/directory_source', 'adapters/projects/folder_meter', 'adapters/projects/subordinate_source',
-    'adapters/projects/text_files',
-    'adapters/projects/website_source', 'adapters/projects/world_finder', 'adapters/threads/blocking_pool', 'adapters/threads/worker_threads', 'app/doctor/aside', 'app/signals'}
+    'adapters/projects/folder_meter', 'adapters/projects/text_files', 'adapters/projects/world_finder',
+    'adapters/threads/blocking_pool', 'adapters/threads/worker_threads', 'app/doctor/aside', 'app/signals'}
+PROJECT_SOURCE = re.compile(r'\bpublic ProjectSource\b')  # the row "pools of the project sources" is for all of them
 THREADS = re.compile(r'\b(?:std::j?thread\(|std::j?thread \w+[({;]|std::vector<std::j?thread>|asio::thread_pool\b|BlockingPool\b|WorkerThreads\b)')
 QUOTED = re.compile(r'`([^`]+)`')
 
@@ -28,6 +28,11 @@ def table(text, heading):
             return rows
         rows.append([cell.strip() for cell in line.strip('|').split('|')])
     return rows
+
+
+def starts_threads(code):
+    found = set(THREADS.findall(code))
+    return bool(found - {'BlockingPool'} if PROJECT_SOURCE.search(code) else found)
 
 
 def differences(what, said, is_so):
@@ -122,7 +127,7 @@ def check():
         found += differences(f'rooms of tests/unit/{floor}', *rooms)
     names = {p: str(p.relative_to(ROOT / 'src').with_suffix('')) for p in sources}
     found += differences('files that start threads (STARTS_THREADS)', STARTS_THREADS,
-                         {names[p] for p, code in sources.items() if THREADS.search(code) and not names[p].startswith('adapters/threads/off')})
+                         {names[p] for p, code in sources.items() if starts_threads(code) and not names[p].startswith('adapters/threads/off')})
     found += differences('detached coroutines ("the only one waits for a guard")', {'adapters/process/process_host'},
                          {names[p] for p, code in sources.items() if 'asio::detached' in code})
     return found + hacking()
@@ -135,7 +140,9 @@ def self_test():
     cmake = 'target_sources(webots_cloud_core PUBLIC FILE_SET HEADERS BASE_DIRS ${x} FILES\n ${headers}/a.hpp\n ${headers}/t/b.hpp)'
     assert headers_of(cmake) == {'webots_cloud::core': {'a.hpp', 't/*.hpp'}}
     assert len(differences('x', {'a', 'b'}, {'b', 'c'})) == 2
-    assert THREADS.search('std::thread(answer).detach()') and THREADS.search('BlockingPool pool_;') and not THREADS.search('std::thread::id')
+    assert starts_threads('std::thread(answer).detach()') and starts_threads('BlockingPool pool_;') and not starts_threads('std::thread::id')
+    source = 'class X : public ProjectSource { BlockingPool pool_; '
+    assert not starts_threads(source) and starts_threads(source + 'std::thread other_;')
 
 
 def main():

@@ -21,8 +21,7 @@
 namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// How far a fetch is, for people: nothing is decided by it. Written by the source from any thread, read by
-/// the one that shows it. Sources that copy a folder, and websites', report `bytes_received` and `waiting`
-/// alone.
+/// the one that shows it. Other sources than that of git report `bytes_received` and `waiting` alone.
 ///
 /// The progress of several fetches can't be added up: fetches that share a download each see all of it, and
 /// `bytes_received` may begin again at 0. To count downloads, see docs/recipes.md ("A figure").
@@ -33,8 +32,8 @@ struct FetchProgress
     /// Git objects of the pack that is being received. 0: the server has not said yet, or there is no pack.
     std::atomic<std::uint32_t> objects_total{0};
     std::atomic<std::uint32_t> objects_received{0}; ///< Of `objects_total`.
-    /// Git: of packs, as compressed by the server. Folders: copied. Websites: of the template, as
-    /// it is copied; then, from 0, of the zip file.
+    /// Of packs of git, and of zip files, as compressed by the server; of folders, copied. A website's
+    /// template is copied first; then it is that of the zip file, from 0.
     std::atomic<std::uint64_t> bytes_received{0};
     /// Of the files in Git LFS, which are received after the packs. 0: none is wanted, or not yet.
     std::atomic<std::uint64_t> large_bytes_total{0};

@@ -43,10 +43,15 @@ std::string read(fs::path const& path)
     return text.str();
 }
 
+// A kind of source: what it is made of, where its project is in the folder of all, what it promises of itself
+// (as `ref_meaning` and `is_local`), and how it is asked for one.
+
 /// `owner/robots` in a plain folder.
 struct Directory
 {
     static constexpr auto project = "owner/robots";
+    static constexpr auto refs = RefMeaning::none;
+    static constexpr bool is_local = true;
 
     std::unique_ptr<ProjectSource> make(asio::any_io_executor, fs::path const& projects)
     {
@@ -66,6 +71,8 @@ struct Directory
 struct Website
 {
     static constexpr auto project = "robots";
+    static constexpr auto refs = RefMeaning::unknown; // nobody asks
+    static constexpr bool is_local = false;
 
     std::unique_ptr<ProjectSource> make(asio::any_io_executor, fs::path const& projects)
     {
@@ -87,6 +94,8 @@ struct Website
 struct Git
 {
     static constexpr auto project = "robots";
+    static constexpr auto refs = RefMeaning::git;
+    static constexpr bool is_local = false;
 
     std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
     {
@@ -200,18 +209,12 @@ BOOST_AUTO_TEST_CASE_TEMPLATE(with_it_arrives_what_its_settings_ask_for, Kind, K
     BOOST_TEST(none.fetch(none.order())->webots_yml == "");
 }
 
-// "blockedRepositories" depends on it.
-BOOST_AUTO_TEST_CASE(sources_of_forges_say_what_refs_mean_to_them)
+// "blockedRepositories" depends on the first; of folders of this machine somebody else finds the worlds.
+BOOST_AUTO_TEST_CASE_TEMPLATE(a_source_says_what_refs_mean_to_it_and_whether_it_is_a_folder_here, Kind, Kinds)
 {
-    BOOST_TEST((Fixture<Directory>().source->ref_meaning() == RefMeaning::none));
-    BOOST_TEST((Fixture<Git>().source->ref_meaning() == RefMeaning::git));
-}
-
-// Of these somebody else finds the worlds.
-BOOST_AUTO_TEST_CASE(only_plain_folders_are_folders_of_this_machine)
-{
-    BOOST_TEST(Fixture<Directory>().source->is_local());
-    BOOST_TEST(!Fixture<Git>().source->is_local());
+    Fixture<Kind> fixture;
+    BOOST_TEST((fixture.source->ref_meaning() == Kind::refs));
+    BOOST_TEST(fixture.source->is_local() == Kind::is_local);
 }
 
 BOOST_AUTO_TEST_CASE(a_plain_folder_tells_that_it_has_changed_and_others_do_not_know)
