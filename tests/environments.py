@@ -229,6 +229,7 @@ async def look(page):
         address = told.removeprefix("webots:").rstrip("/") + "/"
         async with websockets.connect(address, max_size=None, max_queue=None, **trust) as viewer:
             await viewer.send("mjpeg: 320x240")
+            await asyncio.wait_for(viewer.recv(), PATIENCE)
             await viewer.send("fast:-1")
             await asyncio.wait_for(asyncio.to_thread(two_pictures, address.replace("ws", "http", 1) + "mjpeg"), PATIENCE)
 

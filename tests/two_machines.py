@@ -57,6 +57,7 @@ class TwoMachines(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(self.figures()["sessions"], 1)
             async with websockets.connect(f"{address}/", max_size=None) as viewer:
                 await viewer.send("mjpeg: 320x240")
+                await viewer.recv()
                 await viewer.send("real-time:-1")
                 request = urllib.request.Request(address.replace("ws", "http", 1) + "/mjpeg")
                 with urllib.request.urlopen(request, timeout=10) as pictures:

@@ -21,7 +21,15 @@ constexpr std::string_view page = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>webots_cloud demo simulator</title></head>
 <body><h1>webots_cloud demo simulator</h1>
 <p>This is not Webots. In mjpeg mode the picture below is live.</p>
-<p><img src="/mjpeg" alt="live picture of the arena"></p></body></html>
+<p><img alt="live picture of the arena"></p>
+<script>
+const socket = new WebSocket(new URL('.', location.href.replace('http', 'ws')));
+socket.onopen = () => socket.send('mjpeg: 640x480');
+socket.onmessage = () => { // it knows the size
+  socket.onmessage = null;
+  document.querySelector('img').src = 'mjpeg';
+};
+</script></body></html>
 )";
 
 int hex_digit(char c)

@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <iostream>
 #include <string>
 
 #include <sys/resource.h>
@@ -64,8 +65,10 @@ void print_flood()
     print_bytes(lines);
 }
 
-void crash()
+void crash(std::string_view why)
 {
+    if (!why.empty())
+        std::cerr << why << std::endl;
     rlimit const no_core{0, 0};
     ::setrlimit(RLIMIT_CORE, &no_core);
     std::signal(SIGSEGV, SIG_DFL);

@@ -2,6 +2,8 @@
 
 #include "faults.hpp"
 
+#include <string_view>
+
 /// The faults that concern the process rather than the protocol.
 namespace webots_cloud::demo {
 
@@ -15,7 +17,8 @@ void print_unusual_lines(Faults const& faults);
 /// Writes some 64 KiB of lines.
 void print_flood();
 
-[[noreturn]] void crash();
+/// By SIGSEGV. `why`: a line for stderr, if there is anything to say.
+[[noreturn]] void crash(std::string_view why = {});
 [[noreturn]] void hang();
 
 /// Ends the process; with the fault no_final_newline in the middle of a line.

@@ -87,9 +87,10 @@ void Simulator::on(ClientId client, message::JoinPictures const& join)
 {
     if (!streams_pictures())
         return log("Ignored a client that asks for pictures: the scene is streamed");
-    bool const decides_size = is_first(client);
+    bool const decides_size = !has_picture_size_ || is_first(client);
     if (decides_size)
         picture_.resize(join.size.width, join.size.height);
+    has_picture_size_ = true;
     clients_[client].joined = true;
     if (arena_)
         welcome(client);

@@ -62,6 +62,8 @@ public:
     bool is_running() const { return arena_ && playback_.mode() != Mode::pause; }
     bool is_loaded() const { return arena_.has_value(); }
     bool streams_pictures() const { return options_.stream == StreamMode::mjpeg; }
+    /// Whether a client has said how large pictures are to be: Webots can't draw any before.
+    bool has_picture_size() const { return has_picture_size_; }
     Mode mode() const { return playback_.mode(); }
     /// Steps between two state frames, so that there are at most WorldInfo.FPS of them a second.
     int steps_per_tick() const;
@@ -152,6 +154,7 @@ private:
     bool wants_single_step_ = false;   ///< waits for a program
     std::int64_t published_time_ = -1; ///< of the last state that the clients were told
     Picture picture_;
+    bool has_picture_size_ = false;
     std::map<ClientId, Client> clients_; ///< ids grow, so the first entry connected first
     std::deque<std::string> console_;    ///< lines that nobody has heard
     std::optional<Point> mouse_at_;      ///< while a button is down

@@ -3,6 +3,7 @@
 #include "streaming_server.hpp"
 
 #include "console.hpp"
+#include "process_faults.hpp"
 #include "text.hpp"
 
 #include <boost/asio/error.hpp>
@@ -216,8 +217,12 @@ void StreamingServer::picture_resized()
     picture_changed();
 }
 
+/// Webots, by its source (R2020 to R2023), ends by a fault when it has a picture to send but no size.
 void StreamingServer::open_pictures(std::weak_ptr<PictureOutlet> outlet)
 {
+    if (!simulator_.has_picture_size())
+        crash("demo simulator: ends by a fault, as Webots would: GET /mjpeg came before any WebSocket has "
+              "said \"mjpeg: <width>x<height>\"");
     std::erase_if(streams_, [](Stream const& stream) { return stream.outlet.expired(); });
     streams_.push_back({std::move(outlet), 0});
 }

@@ -56,6 +56,10 @@ BOOST_AUTO_TEST_CASE(the_built_in_page_needs_no_project)
 {
     BOOST_TEST(status_of("/", false) == "HTTP/1.1 200 OK");
     BOOST_TEST(status_of("/worlds/arena.wbt", false) == "HTTP/1.1 404 Not Found");
+    // Pictures that nobody has asked for would end the simulator.
+    auto const page = answer_to("/", false, {});
+    BOOST_TEST(page.find("send('mjpeg: ") < page.find("src = 'mjpeg'"));
+    BOOST_TEST(page.find("<img src") == std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(the_name_of_each_robot_is_a_picture)

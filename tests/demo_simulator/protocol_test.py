@@ -8,6 +8,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import socket
 import tempfile
 import unittest
@@ -547,11 +548,29 @@ class Mjpeg(Case):
 
     async def test_the_head_of_the_picture_stream(self):
         simulator = self.simulator('--stream=mjpeg')
+        async with self.joined(simulator):
+            with Pictures(simulator) as pictures:
+                self.assertEqual(pictures.head[0], 'HTTP/1.0 200 OK')
+                self.assertIn('Content-Type: multipart/x-mixed-replace; boundary=WebotsFrame', pictures.head)
+                self.assertIn('Connection: close', pictures.head)
+                self.assertIn('Cache-Control: no-cache, private', pictures.head)
+
+    async def test_as_webots_it_ends_where_pictures_are_fetched_before_anybody_has_asked_for_them(self):
+        simulator = self.simulator('--stream=mjpeg')
+        async with connect(simulator) as ws:
+            await ws.send('pause')  # which says no size
+            self.assertEqual(await asyncio.wait_for(ws.recv(), PATIENCE), 'paused by client')
+            with socket.create_connection(('127.0.0.1', simulator.port), PATIENCE) as early:
+                early.sendall(b'GET /mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n')
+                self.assertEqual(await asyncio.to_thread(simulator.wait), -signal.SIGSEGV)
+        self.assertIn(b'GET /mjpeg came before any WebSocket has said "mjpeg: <width>x<height>"', simulator.process.stderr.read())
+
+    async def test_pictures_may_be_fetched_once_any_client_has_asked_for_them(self):
+        simulator = self.simulator('--stream=mjpeg')
+        async with connect(simulator), self.joined(simulator, '320x240'):
+            pass
         with Pictures(simulator) as pictures:
-            self.assertEqual(pictures.head[0], 'HTTP/1.0 200 OK')
-            self.assertIn('Content-Type: multipart/x-mixed-replace; boundary=WebotsFrame', pictures.head)
-            self.assertIn('Connection: close', pictures.head)
-            self.assertIn('Cache-Control: no-cache, private', pictures.head)
+            self.assertEqual(self.size_of(await pictures.next_soon()), (320, 240))
 
     @staticmethod
     def size_of(jpeg):

@@ -106,7 +106,9 @@ BOOST_AUTO_TEST_CASE(only_the_first_viewer_decides_the_size_of_pictures_and_wait
     fixture.simulator->load();
     fixture.simulator->connect(1);
     fixture.simulator->connect(2);
+    BOOST_TEST(!fixture.simulator->has_picture_size());
     fixture.simulator->receive(1, "mjpeg: 320x200");
+    BOOST_TEST(fixture.simulator->has_picture_size());
     BOOST_TEST(fixture.listeners.resized == 1);
     fixture.simulator->receive(2, "mjpeg: 640x480");
     BOOST_TEST(fixture.listeners.resized == 1);

@@ -3,6 +3,7 @@
 
 Protocol section 13.12."""
 
+import asyncio
 import os
 import sys
 import tempfile
@@ -10,7 +11,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser import open_browser  # noqa: E402
-from support.browser_client import LOCAL, WORLD  # noqa: E402
+from support.browser_client import LOCAL, WORLD, Browser  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
@@ -69,22 +70,38 @@ class OverHttp(unittest.TestCase):
         source = wait_until(lambda: self.browser.find_element("id", "picture").get_attribute("data-source"), "no picture came")
         return source.replace("http", "ws", 1).removesuffix("/mjpeg")
 
+    def watch(self, address, count):
+        """A page that shows so many pictures of the simulation."""
+        self.browser.get(f"{self.scheme}://{self.site}/viewer/")
+        self.assertIsNone(self.browser.execute_async_script(WATCH, address, count))
+        wait_until(lambda: len([each for each in self.shown() if each]) == count,
+                   lambda: f"{len([each for each in self.shown() if each])} pictures\n{self.simulation.log()}")
+
+    def shown(self):
+        return self.browser.execute_script(SHOWN)
+
+    def test_a_page_fetches_no_pictures_that_nobody_has_asked_for(self):
+        """The simulator would end, as Webots does, and nothing would be shown."""
+        asyncio.run(self.watch_what_nobody_has_asked_for())
+
+    async def watch_what_nobody_has_asked_for(self):
+        async with Browser(self.simulation) as starter:
+            await starter.start()  # without a size, so the server does not ask, either
+            address = (await starter.hear("webots:")).removeprefix("webots:")
+            await asyncio.to_thread(self.watch, address, 1)
+        self.browser.get("about:blank")
+        self.simulation.wait_until_clean()
+
     def test_thirty_pictures_move_on_one_page(self):
         address = self.start()
         first = self.browser.current_window_handle
         self.browser.switch_to.new_window("tab")
-        self.browser.get(f"{self.scheme}://{self.site}/viewer/")
-        self.assertIsNone(self.browser.execute_async_script(WATCH, address, PICTURES))
-
-        def shown():
-            return self.browser.execute_script(SHOWN)
-
-        wait_until(lambda: len([each for each in shown() if each]) == PICTURES, lambda: f"{len([each for each in shown() if each])} pictures")
-        before = shown()
+        self.watch(address, PICTURES)
+        before = self.shown()
         moving = [False] * PICTURES
 
         def all_move():
-            for index, now in enumerate(shown()):
+            for index, now in enumerate(self.shown()):
                 moving[index] = moving[index] or now != before[index]
             return all(moving)
 

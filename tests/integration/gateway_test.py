@@ -280,6 +280,7 @@ class Networks(unittest.IsolatedAsyncioTestCase):
             self.assertTrue(port_is_free(simulation.port + 1))
             async with websockets.connect(address + "/", max_size=None) as viewer:
                 await viewer.send("mjpeg: 320x240")
+                await hear(viewer, "scene load completed")
                 await viewer.send("real-time:-1")
                 await asyncio.to_thread(see_pictures, address.replace("ws", "http", 1) + "/mjpeg")
                 token = (await browser.hear("reconnectToken: ")).split()[1]

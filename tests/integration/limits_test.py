@@ -213,6 +213,8 @@ class Limits:
             await neighbour.start(NEIGHBOUR)
             address = urllib.parse.urlsplit((await neighbour.hear("webots:")).partition(":")[2])
             async with websockets.connect(address.geturl(), max_size=None) as viewer:
+                await viewer.send("mjpeg: 320x240")
+                await asyncio.wait_for(viewer.recv(), PATIENCE)
                 await viewer.send("real-time:-1")
                 frames = Frames(address.port, address.path.rstrip("/") + "/mjpeg")
                 names = list(cls.attacks)

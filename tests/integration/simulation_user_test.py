@@ -12,6 +12,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, server  # noqa: E402
+from support.frames import running  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.other_user import NOBODY, OwnedServer  # noqa: E402
 from support.projects import demo_project  # noqa: E402
@@ -190,10 +191,11 @@ class Attack(Projects):
     @staticmethod
     async def frame(port):
         """Whether the simulator at the port serves a picture."""
-        reader, writer = await asyncio.open_connection("127.0.0.1", port)
-        writer.write(b"GET /mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n")
-        received = await asyncio.wait_for(reader.readuntil(b"\xff\xd8\xff"), 60)
-        writer.close()
+        async with running(port):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            writer.write(b"GET /mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            received = await asyncio.wait_for(reader.readuntil(b"\xff\xd8\xff"), 60)
+            writer.close()
         return bool(received)
 
     def test_it_is_a_user_whom_nobody_else_is(self):

@@ -43,6 +43,7 @@ async def see_a_picture(address):
     """As a viewer does, in modes with pictures."""
     async with websockets.connect(address + "/", max_size=None) as viewer:
         await viewer.send("mjpeg: 320x240")
+        await asyncio.wait_for(viewer.recv(), PATIENCE)
         await viewer.send("real-time:-1")
         await asyncio.to_thread(receive_picture, address)
 

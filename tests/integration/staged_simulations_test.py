@@ -16,6 +16,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support import web_sockets as websockets  # noqa: E402
 from support.browser_client import PATIENCE, WORLD, Browser, server  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.projects import EXAMPLES, demo_project  # noqa: E402
@@ -77,6 +78,23 @@ class Staged(unittest.IsolatedAsyncioTestCase):
     @unittest.skipUnless(shutil.which("bwrap") and shutil.which("slirp4netns") and os.geteuid() == 0, "needs bubblewrap, slirp4netns and root")
     async def test_so_it_is_in_a_sandbox_behind_the_gateway(self):
         await self.check_that_a_browser_gets_it(sandbox="bubblewrap", network="internet", gateway=True)
+
+    async def test_the_server_fetches_no_pictures_that_nobody_has_asked_for(self):
+        """Their simulators would end, as Webots does."""
+        with server(staged=staged(), gateway=True, simulationsPerAddress=0) as simulation:
+            wait_until_ready(simulation, 1)
+            async with Browser(simulation) as silent, Browser(simulation) as browser:
+                await silent.start(url=WORLD.replace("arena", "corridor"))
+                address = (await silent.hear("webots:")).removeprefix("webots:")
+                async with websockets.connect(f"{address}/") as viewer:
+                    await viewer.send("real-time:-1")  # it runs, and draws nothing
+                    wait_until(lambda: "running" in [row["state"] for row in rows(simulation)], lambda: rows(simulation))
+                    before = [row["process"] for row in rows(simulation)]
+                    await browser.start(url=WORLD.replace("arena", "duel"), size="320x240", run=True)
+                    await browser.hear("webots:")
+                    # It is the youngest one: pictures of the others would have been taken before.
+                    wait_until(lambda: json.loads(simulation.get("/worlds")).get("pictures"), "a picture for the gallery")
+                    self.assertEqual([is_alive(process) for process in before], [True, True], simulation.log())
 
     async def test_one_that_is_killed_is_replaced_with_longer_and_longer_pauses(self):
         with server(staged=staged()) as simulation:

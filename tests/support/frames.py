@@ -1,5 +1,6 @@
 """A viewer of a simulation, which receives its pictures all the time."""
 
+import asyncio
 import contextlib
 import socket
 import threading
@@ -15,6 +16,7 @@ async def running(port, path="/"):
     """Has the simulation at a port of this machine run, and make pictures."""
     async with websockets.connect(f"ws://127.0.0.1:{port}{path}", max_size=None, max_queue=None) as viewer:
         await viewer.send("mjpeg: 320x240")
+        await asyncio.wait_for(viewer.recv(), PATIENCE)  # fetched before, pictures would end the simulator
         await viewer.send("fast:-1")
         yield
 
