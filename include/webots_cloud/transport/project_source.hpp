@@ -100,7 +100,7 @@ struct RestoreOrder
 };
 
 /// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory
-/// (and a cache of its own). What arrives is a stranger's: docs/recipes.md ("Another source of projects")
+/// (and folders of its own: a cache, or one that is gone again afterwards). What arrives is a stranger's: docs/recipes.md ("Another source of projects")
 /// lists what a source must not let through.
 ///
 /// Thread-safety: one executor.

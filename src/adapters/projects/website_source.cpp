@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
 using core::concat;
 
 constexpr std::size_t threads = 4; // for work on this machine, and as many for each website
-constexpr mode_t runnable = 0775;
+constexpr mode_t runnable = 0775; // protocol 5.2
 constexpr std::size_t max_key_length = 4096;
 
 /// The key for a host, which is a safe file name; empty when there is none.
@@ -54,21 +54,6 @@ result<std::string> read_key(fs::path const& keys, std::string const& host)
         return unreadable;
     text.resize(static_cast<std::size_t>(file.gcount()));
     return core::website_key(text);
-}
-
-/// 0775 for everything that may be run, as controllers without a known extension need. There are no links.
-result<> make_runnable(fs::path const& root)
-{
-    std::error_code failed;
-    for (auto entry = fs::recursive_directory_iterator(root, failed); !failed && entry != fs::end(entry);) {
-        if (core::is_runnable_name(entry->path().filename().string()))
-            fs::permissions(entry->path(), fs::perms(runnable), failed);
-        if (!failed)
-            entry.increment(failed);
-    }
-    if (failed)
-        return adapters::disk_failure(failed);
-    return {};
 }
 
 /// What went wrong on the way to a website.
@@ -141,7 +126,7 @@ private:
         if (!left_out)
             return left_out.error();
         forbidden_ = std::move(*left_out);
-        if (auto const done = make_runnable(order_.directory); !done)
+        if (auto const done = adapters::make_runnable(order_.directory, runnable); !done)
             return done.error();
         return true;
     }

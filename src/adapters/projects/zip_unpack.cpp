@@ -291,4 +291,19 @@ result<std::vector<std::string>> unpack_zip(int file, int root, UnpackLimits con
     return unpacker->run();
 }
 
+result<> make_runnable(std::filesystem::path const& root, mode_t mode)
+{
+    namespace fs = std::filesystem;
+    std::error_code failed;
+    for (auto entry = fs::recursive_directory_iterator(root, failed); !failed && entry != fs::end(entry);) {
+        if (core::is_runnable_name(entry->path().filename().string()))
+            fs::permissions(entry->path(), fs::perms(mode), failed);
+        if (!failed)
+            entry.increment(failed);
+    }
+    if (failed)
+        return disk_failure(failed);
+    return {};
+}
+
 } // namespace webots_cloud::adapters

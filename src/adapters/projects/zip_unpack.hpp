@@ -7,7 +7,9 @@
 #include <webots_cloud/error.hpp>
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
+#include <sys/types.h>
 #include <vector>
 
 namespace webots_cloud::adapters {
@@ -32,5 +34,11 @@ struct UnpackLimits
 /// `unavailable` (disk), and the interrupt's; the detail is a sentence. What was unpacked before stays.
 result<std::vector<std::string>> unpack_zip(int archive, int root, UnpackLimits const& limits,
                                             FetchInterrupt const& interrupt = {});
+
+/// Gives `mode` to everything below `root` that may be run, as controllers without a known extension need:
+/// `unpack_zip` makes all files 0644. Blocks.
+///
+/// Precondition: there are no links.   Errors: `unavailable` (disk).
+result<> make_runnable(std::filesystem::path const& root, mode_t mode);
 
 } // namespace webots_cloud::adapters

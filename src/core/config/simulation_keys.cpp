@@ -85,12 +85,13 @@ constexpr std::array forge_keys{
                   "folder of this machine with the folders `<owner>/<repository>`; relative paths begin at "
                   "the configuration",
               .absent = "a server"},
-    ConfigKey{.name = "kind",
-              .value = shaped<KeyType::choice, &ForgeConfig::kind>,
-              .text = "which forge it is, and so what [links to its "
-                      "worlds](docs/access.md#links-to-worlds) look like",
-              .absent = "found out of each link",
-              .choices = names_of_forge_kinds},
+    ConfigKey{
+        .name = "kind",
+        .value = shaped<KeyType::choice, &ForgeConfig::kind>,
+        .text = "which forge it is, and so [how it is asked](docs/protocol.md#1311-forges-and-refs) and what "
+                "[links to its worlds](docs/access.md#links-to-worlds) look like",
+        .absent = "found out of each link",
+        .choices = names_of_forge_kinds},
 };
 
 constexpr std::array simulation_worlds{
