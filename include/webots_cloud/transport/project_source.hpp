@@ -100,8 +100,8 @@ struct RestoreOrder
 };
 
 /// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory
-/// (and folders of its own: a cache, or one that is gone again afterwards). What arrives is a stranger's: docs/recipes.md ("Another source of projects")
-/// lists what a source must not let through.
+/// (and folders of its own: a cache, or one that is gone again afterwards). What arrives is a stranger's:
+/// docs/recipes.md ("Another source of projects") lists what a source must not let through.
 ///
 /// Thread-safety: one executor.
 class ProjectSource

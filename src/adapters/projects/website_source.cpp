@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
 using core::concat;
 
 constexpr std::size_t threads = 4; // for work on this machine, and as many for each website
-constexpr mode_t runnable = 0775; // protocol 5.2
+constexpr mode_t runnable = 0775;  // protocol 5.2
 constexpr std::size_t max_key_length = 4096;
 
 /// The key for a host, which is a safe file name; empty when there is none.
