@@ -152,11 +152,10 @@ struct GitSourceConfig
 
     /// `cacheSize`, in gigabytes: fetched projects that are kept; the least recently used go first.
     std::uint64_t cache_bytes = std::uint64_t{10} << 30;
-    std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
-    Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
+    LowSpeed low_speed;
     /// How long a server may take to say which commit a branch is at now, if the cache knows which it was at
     /// last: after that time, that one is used (`FetchedProject::notice`). Otherwise, and with servers
-    /// without version 2 of git's protocol, `low_speed_time` and `FetchLimits::timeout` count.
+    /// without version 2 of git's protocol, `low_speed` and `FetchLimits::timeout` count.
     Duration patience = std::chrono::seconds(10);
 };
 
@@ -172,8 +171,7 @@ struct WebsiteSourceConfig
     /// anew for each fetch. Other websites are sent nothing. Default of a file, and of `SimulationConfig`:
     /// key.
     std::filesystem::path keys;
-    std::uint64_t low_speed = 1'000; ///< Bytes per second. A website that stays below is given up; 0: never.
-    Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
+    LowSpeed low_speed;
 };
 
 /// The keys that SimulationLauncher obeys, and how patient it is with simulators.

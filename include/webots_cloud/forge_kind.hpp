@@ -10,8 +10,8 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// What a forge is: what links to its files look like (docs/access.md), and who gets its projects. Those that
-/// are here are all git servers, unless their projects are in a folder of this machine. Gitea is Forgejo too.
+/// What a forge is: what links to its files look like (docs/access.md), and how its projects are got, unless
+/// they are in a folder of this machine. Gitea is Forgejo too.
 enum class ForgeKind
 {
     unknown, ///< A git server; what its links look like is found out of each.

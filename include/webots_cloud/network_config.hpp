@@ -5,6 +5,7 @@
 #include <webots_cloud/time.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -62,6 +63,16 @@ struct HttpClientConfig
 
     /// `caFile`: PEM file of certificates that are trusted besides the system's authorities; empty: none.
     std::filesystem::path authorities;
+};
+
+/// How slow the download of a project may be: a server that stays below is given up. No key sets it.
+struct LowSpeed
+{
+    LowSpeed() = default;
+    LowSpeed(std::uint64_t bytes, Duration time) : bytes(bytes), time(time) {}
+
+    std::uint64_t bytes = 1'000;              ///< Per second; 0: it may be as slow as it likes.
+    Duration time = std::chrono::seconds(60); ///< For how long it may.
 };
 
 } // namespace webots_cloud

@@ -72,8 +72,8 @@ Options parse(int argc, char** argv)
         else if (word == "--cache-bytes")
             options.source.cache_bytes = std::stoull(next());
         else if (word == "--low-speed") {
-            options.source.low_speed = std::stoull(next());
-            options.source.low_speed_time = std::chrono::milliseconds(std::stol(next()));
+            options.source.low_speed.bytes = std::stoull(next());
+            options.source.low_speed.time = std::chrono::milliseconds(std::stol(next()));
         } else if (word == "--patience")
             options.source.patience = std::chrono::milliseconds(std::stol(next()));
         else if (word == "--memory")

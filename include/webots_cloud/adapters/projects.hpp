@@ -1,4 +1,4 @@
-// Where projects come from: plain folders, git repositories, websites.
+// Where projects come from: the sources of folders, forges and websites.
 #pragma once
 
 #include <webots_cloud/config.hpp>
@@ -24,7 +24,7 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// The part of the world's URL that names a branch is ignored: a plain folder is what it is.
 std::unique_ptr<ProjectSource> make_directory_source(std::filesystem::path folder);
 
-/// Finds the worlds in the plain folders among the forges; git servers are left out.
+/// Finds the worlds in the plain folders among the forges; servers are left out.
 std::unique_ptr<WorldFinder> make_world_finder(std::vector<ForgeConfig> forges);
 
 /// What all fetches of projects together may take: memory and disk. A fetch that does not fit waits, or is

@@ -288,7 +288,7 @@ GitOutcome GitFetch::carry_out(FindLargeFiles const&)
     order.url = url_;
     order.repository = core::concat(order_.project.owner, "/", order_.project.repository);
     order.max_bytes = order_.limits.bytes;
-    order.limits = deadline_.limits(config_, order_.limits.bytes);
+    order.limits = deadline_.limits(config_.low_speed, order_.limits.bytes);
     order.share = &share_;
     order.progress = order_.progress;
     order.interrupt = deadline_.interrupt();
@@ -384,7 +384,7 @@ void GitFetch::report(GitWants const& wants, GitPackReader const& pack)
 
 GitPeer::Limits GitFetch::peer_limits(std::uint64_t bytes)
 {
-    return {deadline_.limits(config_, bytes), &share_};
+    return {deadline_.limits(config_.low_speed, bytes), &share_};
 }
 
 } // namespace webots_cloud::adapters

@@ -252,9 +252,9 @@ void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& lim
     curl_easy_setopt(curl_, CURLOPT_NETRC, static_cast<long>(CURL_NETRC_IGNORED));
     curl_easy_setopt(curl_, CURLOPT_CONNECTTIMEOUT, 20L);
     curl_easy_setopt(curl_, CURLOPT_BUFFERSIZE, 256L * 1024);
-    if (limits.low_speed > 0) {
-        auto const seconds = std::chrono::duration_cast<std::chrono::seconds>(limits.low_speed_time).count();
-        curl_easy_setopt(curl_, CURLOPT_LOW_SPEED_LIMIT, static_cast<long>(limits.low_speed));
+    if (limits.low_speed.bytes > 0) {
+        auto const seconds = std::chrono::duration_cast<std::chrono::seconds>(limits.low_speed.time).count();
+        curl_easy_setopt(curl_, CURLOPT_LOW_SPEED_LIMIT, static_cast<long>(limits.low_speed.bytes));
         curl_easy_setopt(curl_, CURLOPT_LOW_SPEED_TIME, static_cast<long>(seconds));
     }
     words_[0] = '\0';

@@ -29,8 +29,7 @@ struct CurlLimits
     TimePoint deadline = TimePoint::max();
     std::uint64_t bytes = std::uint64_t{64} << 20;         ///< Of the answer's body.
     std::uint64_t header_bytes = std::uint64_t{256} << 10; ///< Of all its headers and trailers.
-    std::uint64_t low_speed = 0; ///< Bytes per second; slower for `low_speed_time`, and it stops.
-    Duration low_speed_time = std::chrono::seconds(60);
+    LowSpeed low_speed;
 };
 
 /// A request.

@@ -63,16 +63,14 @@ public:
         return waiting;
     }
 
-    /// For one download. `config`: of a source, which says how slow the other side may be.
-    template<class Config>
-    CurlLimits limits(Config const& config, std::uint64_t bytes) const
+    /// For one download.
+    CurlLimits limits(LowSpeed const& low_speed, std::uint64_t bytes) const
     {
         CurlLimits limits;
         limits.aborted = aborted_;
         limits.deadline = end_;
         limits.bytes = bytes;
-        limits.low_speed = config.low_speed;
-        limits.low_speed_time = config.low_speed_time;
+        limits.low_speed = low_speed;
         return limits;
     }
 

@@ -143,7 +143,7 @@ private:
         request.headers.push_back(concat("Content-Type: ", core::form_type));
         request.body = plan_.download->form;
         request.explain = [&host](Failure const& failure) { return unreachable(host, failure); };
-        auto const limits = deadline_.limits(config_, order_.limits.bytes);
+        auto const limits = deadline_.limits(config_.low_speed, order_.limits.bytes);
         auto answer = adapters::download(http_, std::move(request), limits, folder, share_, *order_.progress);
         if (!answer)
             return answer.error();

@@ -88,8 +88,9 @@ constexpr std::array forge_keys{
     ConfigKey{
         .name = "kind",
         .value = shaped<KeyType::choice, &ForgeConfig::kind>,
-        .text = "which forge it is, and so [how it is asked](docs/protocol.md#1311-forges-and-refs) and what "
-                "[links to its worlds](docs/access.md#links-to-worlds) look like",
+        .text =
+            "which forge it is, and so [how it is asked](docs/projects.md#how-a-server-is-asked) and what "
+            "[links to its worlds](docs/access.md#links-to-worlds) look like",
         .absent = "found out of each link",
         .choices = names_of_forge_kinds},
 };

@@ -47,19 +47,17 @@ BOOST_AUTO_TEST_CASE(the_longest_time_is_not_over_at_once)
 
 BOOST_AUTO_TEST_CASE(a_download_ends_with_its_fetch_and_where_the_other_side_is_too_slow)
 {
-    GitSourceConfig config;
-    config.low_speed = 7;
-    config.low_speed_time = std::chrono::seconds(8);
+    LowSpeed const low_speed(7, std::chrono::seconds(8));
     std::atomic<bool> const aborted = false;
     FetchDeadline deadline(&aborted, std::chrono::hours(1));
-    auto const limits = deadline.limits(config, 1000);
+    auto const limits = deadline.limits(low_speed, 1000);
     BOOST_TEST(limits.aborted == &aborted);
     BOOST_TEST(limits.bytes == 1000u);
-    BOOST_TEST(limits.low_speed == 7u);
-    BOOST_TEST((limits.low_speed_time == std::chrono::seconds(8)));
+    BOOST_TEST(limits.low_speed.bytes == 7u);
+    BOOST_TEST((limits.low_speed.time == std::chrono::seconds(8)));
     BOOST_TEST((limits.deadline != TimePoint::max()));
     deadline.restart();
-    BOOST_TEST((deadline.limits(config, 1000).deadline > limits.deadline));
+    BOOST_TEST((deadline.limits(low_speed, 1000).deadline > limits.deadline));
 }
 
 BOOST_AUTO_TEST_CASE(who_waits_for_the_budget_says_so_and_is_stopped)

@@ -217,7 +217,7 @@ BOOST_AUTO_TEST_CASE_TEMPLATE(a_source_says_what_refs_mean_to_it_and_whether_it_
     BOOST_TEST(fixture.source->is_local() == Kind::is_local);
 }
 
-BOOST_AUTO_TEST_CASE(a_plain_folder_tells_that_it_has_changed_and_others_do_not_know)
+BOOST_AUTO_TEST_CASE(a_plain_folder_tells_that_it_has_changed_and_git_does_not_know)
 {
     Fixture<Directory> fixture;
     auto const order = fixture.order();
