@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Checks who includes whom against the floors and rooms of ARCHITECTURE.md, that public headers stay light, and that services name their
-decisions."""
+"""Checks who includes whom against the floors and rooms of ARCHITECTURE.md, that public headers stay light, that shared libraries export what
+they declare, and that services name their decisions."""
 import re
 import sys
 from pathlib import Path
@@ -221,6 +221,8 @@ def check(path):
                 yield f'{path}:{number}: {floor} must not include {name}: {WHY.get(floor, "see ARCHITECTURE.md")}'
             if fault := check_rooms(path, name):
                 yield f'{path}:{number}: {fault}'
+        if floor.startswith('include/') and line.startswith('namespace webots_cloud {'):
+            yield f'{path}:{number}: a shared library hides what this declares: namespace WEBOTS_CLOUD_API webots_cloud'
         if floor in ('src/core', 'src/service') and CLOCKS.search(line):
             yield f'{path}:{number}: names a clock or timer: take the time as an argument or from the Clock'
 
