@@ -18,7 +18,9 @@ test('one press starts a simulation whose picture moves, and stopping ends it', 
   await page.goto(SITE);
   await page.waitForFunction(() => Number(document.body.dataset.worlds) >= 4); // the demo worlds, of which no configuration says anything
   await page.click('.world');
-  await page.waitForSelector('body[data-state="running"]');
+  await page.waitForSelector('body[data-state="running"]').catch(async (late) => {
+    throw new Error(`No simulation runs. The page says: ${await page.innerText('main')}`, { cause: late });
+  });
   await page.waitForSelector('#picture[data-live]');
   const picture = page.locator('#picture');
   const before = { time: await simulated(page), pixels: await picture.screenshot() };
