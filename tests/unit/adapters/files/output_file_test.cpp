@@ -1,4 +1,5 @@
 // Writing files where a simulation may have put something else.
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include "adapters/files/output_file.hpp"
@@ -18,19 +19,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct OutputFileFixture
+struct OutputFileFixture : ScratchFolder
 {
     OutputFileFixture()
     {
-        auto name = (fs::temp_directory_path() / "webots_cloud_output_XXXXXX").string();
-        BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
-        folder = name;
         file = folder / "log" / "kind" / "output.log";
         victim = folder / "victim";
         std::ofstream(victim) << "precious";
     }
-    ~OutputFileFixture() { fs::remove_all(folder); }
-
     static std::string read(fs::path const& path)
     {
         std::ostringstream text;
@@ -47,7 +43,6 @@ struct OutputFileFixture
         return output->notice;
     }
 
-    fs::path folder;
     fs::path file;
     fs::path victim;
 };

@@ -1,3 +1,4 @@
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include "adapters/files/restore_file.hpp"
@@ -16,20 +17,16 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A fetched project, changes by a simulation, and a file outside of it.
-struct RestoringFilesFixture
+struct RestoringFilesFixture : ScratchFolder
 {
     RestoringFilesFixture()
     {
-        std::string name = (fs::temp_directory_path() / "webots_cloud_restore_XXXXXX").string();
-        folder = ::mkdtemp(name.data());
         for (auto const* part : {"from/controllers/walk", "to/controllers/walk", "outside"})
             fs::create_directories(folder / part);
         write("from/controllers/walk/walk.py", "pristine");
         write("to/controllers/walk/walk.py", "changed");
         write("outside/walk.py", "secret");
     }
-    ~RestoringFilesFixture() { fs::remove_all(folder); }
-
     void write(std::string const& path, std::string const& text) const
     {
         std::ofstream(folder / path) << text;
@@ -45,8 +42,6 @@ struct RestoringFilesFixture
     {
         return restore_file(folder / "from", folder / "to", file);
     }
-
-    fs::path folder;
 };
 
 } // namespace

@@ -1,3 +1,4 @@
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include "adapters/host/drm_clients.hpp"
@@ -18,20 +19,16 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Control groups in a folder; that of the test is /a/b.
-struct HostMetricsFixture
+struct HostMetricsFixture : ScratchFolder
 {
     HostMetricsFixture()
     {
-        std::string name = (fs::temp_directory_path() / "webots_cloud_metrics_XXXXXX").string();
-        folder = ::mkdtemp(name.data());
         fs::create_directories(folder / "groups/a/b");
         write("own", "1:name=systemd:/other\n0::/a/b\n");
         params.control_groups = folder / "groups";
         params.own_control_group = folder / "own";
         params.nvidia_library = (folder / "none.so").string();
     }
-    ~HostMetricsFixture() { fs::remove_all(folder); }
-
     void write(std::string const& path, std::string const& text) const
     {
         std::ofstream(folder / path) << text;
@@ -39,7 +36,6 @@ struct HostMetricsFixture
 
     HostSample sample() const { return make_host_metrics(params)->sample(); }
 
-    fs::path folder;
     HostMetricsParams params;
 };
 

@@ -1,4 +1,5 @@
 // Files that are replaced as a whole.
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include "adapters/logs/kept_file.hpp"
@@ -19,17 +20,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct KeptFileFixture
+struct KeptFileFixture : ScratchFolder
 {
-    KeptFileFixture()
-    {
-        auto name = (fs::temp_directory_path() / "webots_cloud_kept_XXXXXX").string();
-        BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
-        folder = name;
-        path = folder / "session" / "file.txt";
-    }
-    ~KeptFileFixture() { fs::remove_all(folder); }
-
+    KeptFileFixture() { path = folder / "session" / "file.txt"; }
     result<> replace(KeptFile& file, std::string bytes)
     {
         boost::asio::io_context context;
@@ -44,7 +37,6 @@ struct KeptFileFixture
             std::distance(fs::directory_iterator(path.parent_path()), fs::directory_iterator()));
     }
 
-    fs::path folder;
     fs::path path;
 };
 

@@ -1,3 +1,4 @@
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include "adapters/logs/line_file.hpp"
@@ -16,15 +17,8 @@ BOOST_AUTO_TEST_SUITE(line_file)
 
 namespace {
 
-struct LineFileFixture
+struct LineFileFixture : ScratchFolder
 {
-    LineFileFixture()
-    {
-        std::string name = (fs::temp_directory_path() / "webots_cloud_lines_XXXXXX").string();
-        folder = ::mkdtemp(name.data());
-    }
-    ~LineFileFixture() { fs::remove_all(folder); }
-
     std::string text(std::string const& name) const
     {
         std::ifstream file(folder / name);
@@ -32,7 +26,6 @@ struct LineFileFixture
     }
 
     boost::asio::io_context context;
-    fs::path folder;
 };
 
 } // namespace

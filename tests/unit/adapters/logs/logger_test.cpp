@@ -1,3 +1,4 @@
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -12,23 +13,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct LoggerFixture
+struct LoggerFixture : ScratchFolder
 {
-    LoggerFixture()
-    {
-        std::string name = (fs::temp_directory_path() / "webots_cloud_logger_XXXXXX").string();
-        folder = ::mkdtemp(name.data());
-        params.file = folder / "log" / "output.log";
-    }
-    ~LoggerFixture() { fs::remove_all(folder); }
-
+    LoggerFixture() { params.file = folder / "log" / "output.log"; }
     std::string text() const
     {
         std::ifstream file(params.file);
         return {std::istreambuf_iterator<char>(file), {}};
     }
 
-    fs::path folder;
     LogParams params;
 };
 

@@ -1,3 +1,4 @@
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include "adapters/process/control_groups.hpp"
@@ -18,17 +19,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A folder in which plain files stand for those of the kernel.
-struct ControlGroupsAdapterFixture
+struct ControlGroupsAdapterFixture : ScratchFolder
 {
-    ControlGroupsAdapterFixture()
-    {
-        auto name = (fs::temp_directory_path() / "webots_cloud_groups_XXXXXX").string();
-        BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
-        folder = name;
-    }
-
-    ~ControlGroupsAdapterFixture() { fs::remove_all(folder); }
-
     void write(fs::path const& file, std::string const& text) const
     {
         fs::create_directories((folder / file).parent_path());
@@ -85,7 +77,6 @@ struct ControlGroupsAdapterFixture
     }
 
     std::string name = "webots_cloud-" + std::to_string(::getpid()) + "-1";
-    fs::path folder;
 };
 
 } // namespace

@@ -1,4 +1,5 @@
 // What is downloaded has no name, and is paid for.
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include "adapters/projects/download.hpp"
@@ -19,20 +20,11 @@ BOOST_AUTO_TEST_SUITE(download_to_nameless_files)
 
 namespace {
 
-struct Downloads
+struct Downloads : ScratchFolder
 {
-    Downloads()
-    {
-        auto name = (fs::temp_directory_path() / "webots_cloud_download_XXXXXX").string();
-        BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
-        path = name;
-    }
-
-    ~Downloads() { fs::remove_all(path); }
-
     result<Download> get(FetchShare& share, std::uint64_t limit = 1'000'000)
     {
-        FileDescriptor const folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+        FileDescriptor const opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
         CurlRequest request;
         request.peer = "the test";
         request.base = server.url();
@@ -42,10 +34,9 @@ struct Downloads
         };
         CurlLimits limits;
         limits.bytes = limit;
-        return download(http, std::move(request), limits, folder.get(), share, progress);
+        return download(http, std::move(request), limits, opened.get(), share, progress);
     }
 
-    fs::path path;
     int status = 200;
     std::string body = std::string(600, 'a') + std::string(9'400, 'b');
     SmallWebServer server{[this](auto const&, auto& response) {
@@ -77,7 +68,7 @@ BOOST_FIXTURE_TEST_CASE(a_download_is_in_no_folder_and_its_bytes_are_counted, Do
         BOOST_TEST(got->status == 200);
         BOOST_TEST(content_of(got->file) == body);
         BOOST_TEST(got->beginning == std::string(512, 'a'));
-        BOOST_TEST(fs::is_empty(path));
+        BOOST_TEST(fs::is_empty(folder));
         BOOST_TEST(progress.bytes_received == body.size());
         BOOST_TEST(share.held().disk == body.size());
         BOOST_TEST(share.held().memory > 0u);
@@ -103,7 +94,7 @@ BOOST_FIXTURE_TEST_CASE(what_the_budget_says_is_not_explained, Downloads)
     BOOST_TEST_REQUIRE(got.has_error());
     BOOST_TEST((got.error() == errc::too_large));
     BOOST_TEST(!got.error().message().starts_with("explained: "));
-    BOOST_TEST(fs::is_empty(path));
+    BOOST_TEST(fs::is_empty(folder));
 }
 
 BOOST_FIXTURE_TEST_CASE(what_the_transport_says_is_explained, Downloads)
@@ -114,7 +105,7 @@ BOOST_FIXTURE_TEST_CASE(what_the_transport_says_is_explained, Downloads)
     BOOST_TEST((got.error() == errc::too_large));
     BOOST_TEST(got.error().message().starts_with("explained: "));
     BOOST_TEST(share.held().disk <= 1000u);
-    BOOST_TEST(fs::is_empty(path));
+    BOOST_TEST(fs::is_empty(folder));
 }
 
 BOOST_AUTO_TEST_SUITE_END()

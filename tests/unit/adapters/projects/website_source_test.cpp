@@ -1,6 +1,7 @@
 // Websites whose answers do not end, with limits that are shorter than a server's. Everything else is tested
 // in tests/integration/website_test.py, with a real website.
 #include "adapters/network/network_fixture.hpp"
+#include "scratch_folder.hpp"
 
 #include <boost/asio/read_until.hpp>
 
@@ -58,13 +59,10 @@ private:
     std::thread thread_;
 };
 
-struct WebsiteSourceFixture
+struct WebsiteSourceFixture : ScratchFolder
 {
     WebsiteSourceFixture()
     {
-        auto name = (fs::temp_directory_path() / "webots_cloud_website_XXXXXX").string();
-        BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
-        folder = name;
         fs::create_directories(folder / "projects" / "robots" / "worlds");
         std::ofstream(folder / "projects" / "robots" / "worlds" / "a.wbt") << "#VRML_SIM R2021b utf8\n";
         fs::create_directory(folder / "keys");
@@ -77,8 +75,6 @@ struct WebsiteSourceFixture
         order.website->user1_id = "42";
         order.directory = folder / "instance";
     }
-
-    ~WebsiteSourceFixture() { fs::remove_all(folder); }
 
     Failure failure_of(EndlessWebsite const& website)
     {
@@ -96,7 +92,6 @@ struct WebsiteSourceFixture
     }
 
     asio::io_context context{1};
-    fs::path folder;
     WebsiteSourceConfig config;
     FetchOrder order;
 };

@@ -1,3 +1,4 @@
+#include "scratch_folder.hpp"
 #include "unit_test.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -23,17 +24,8 @@ namespace {
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
 
-struct WorldFolder
+struct WorldFolder : ScratchFolder
 {
-    WorldFolder()
-    {
-        auto name = (fs::temp_directory_path() / "webots_cloud_worlds_XXXXXX").string();
-        BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
-        folder = name;
-    }
-
-    ~WorldFolder() { fs::remove_all(folder); }
-
     void write(fs::path const& file, std::string_view text = "#VRML_SIM R2025a utf8\n") const
     {
         fs::create_directories((folder / file).parent_path());
@@ -58,8 +50,6 @@ struct WorldFolder
             all.push_back(found.world.url);
         return all;
     }
-
-    fs::path folder;
 };
 
 using FoundAddresses = std::vector<std::string>;
