@@ -70,8 +70,8 @@ def tail_of_session(quick):
 def idle_memory(_quick):
     def measure():
         with servers(floor=None, peers=("nginx",)) as running:
-            time.sleep(2)  # it gives pages back a second after its start
             ours = running["ours"].pid
+            wait_until(lambda: memory(ours) < 0.8 * memory(ours, "VmHWM"), "the pages of the start have not been given back")
             return {"ours": memory(ours) / 1e6, "of that shared libraries and program": memory(ours, "RssFile") / 1e6,
                     "nginx": memory(running["nginx"].pid) / 1e6}
     yield measure
