@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""`--doctor` of both servers: things are broken one by one, and exactly the line about each changes.
+"""`--doctor` of both servers, where nothing is wrong, where it asks others, and beside servers that run. What is broken has a row in
+broken_configurations_test.py.
 
 The twin: the Python servers have nothing like it.
 """
@@ -16,108 +17,22 @@ import unittest
 from contextlib import closing
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.certificates import Authority, self_signed  # noqa: E402
-from support.disks import mount_small_disk  # noqa: E402
+from support.certificates import Authority  # noqa: E402
+from support.examination import Examination, by_subject  # noqa: E402
 from support.mailbox import CompletionQueue  # noqa: E402
-from support.name_server import HangingNames  # noqa: E402
-from support.ports import free_port  # noqa: E402
-from support.servers import PATIENCE, SessionServer, SimulationServer, main, program, wait_until, without_systemd  # noqa: E402
-from support.web_site import web_site  # noqa: E402
-
-# What a machine of tests is like is not ours to say.
-OF_THE_MACHINE = {"clock", "memory", "firewall", "graphics", "open files", "processes", "user", "sandbox", "display", "renderer"}
+from support.servers import PATIENCE, SessionServer, SimulationServer, main, program, wait_until  # noqa: E402
 
 NOBODY = ["http://localhost:1"]  # instead of a forge of the internet
 
 
-def by_subject(answer):
-    return {each["subject"]: each for each in json.loads(answer)["findings"]}
-
-
-class Examination(unittest.TestCase):
-    """One server that does not run."""
-
-    PROGRAM = ""
-
-    def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="webots_cloud_doctor_")
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.port = free_port(following=3)
-        self.environment = {}
-        self.config = {"server": "localhost", "ssl": False, "portRewrite": False, "port": self.port, "logDir": os.path.join(self.folder, "log"),
-                       **self.keys()}
-
-    def keys(self):
-        return {}
-
-    wrapper = ()
-
-    def run_doctor(self, *options, text=None, **keys):
-        """Exit status and output."""
-        path = os.path.join(self.folder, "config.json")
-        with open(path, "w") as file:
-            file.write(text or json.dumps({**self.config, **keys}))
-        environment = {**without_systemd(os.environ), "HOME": self.folder, "TMPDIR": self.folder, "XDG_RUNTIME_DIR": "",
-                       "XDG_STATE_HOME": os.path.join(self.folder, "state"), "XDG_CACHE_HOME": os.path.join(self.folder, "cache"),
-                       **self.environment}
-        finished = subprocess.run([*self.wrapper, program(self.PROGRAM), "--doctor", *options, path], capture_output=True, text=True, env=environment,
-                                  cwd=self.folder, timeout=PATIENCE)
-        self.assertEqual(finished.stderr, "", finished.stderr)
-        return finished.returncode, finished.stdout
-
-    def findings(self, **keys):
-        """By their subjects, but those that depend on the machine."""
-        status, output = self.run_doctor("--json", **keys)
-        said = json.loads(output)
-        self.assertEqual(status, ("ok", "warning", "fault").index(said["verdict"]))
-        return {each["subject"]: each for each in said["findings"] if each["subject"] not in OF_THE_MACHINE}
-
-    def assert_broken(self, subject, verdict, words, **keys):
-        """Of all that is looked at, only one thing is found to be wrong."""
-        found = self.findings(**keys)
-        self.assertIn(subject, found)
-        self.assertEqual(found[subject]["verdict"], verdict, found[subject])
-        self.assertIn(words, found[subject]["found"])
-        self.assertNotEqual(found[subject]["remedy"], "")
-        self.assertEqual([each for each in found.values() if each["verdict"] != "ok" and each["subject"] not in (subject, *self.NOT_GOOD)], [])
-
-    NOT_GOOD = ()  # what is wrong with the healthy server of a test
-
-
-    def put_on_path(self, name, script):
-        """A program of this name comes before any other."""
-        folder = os.path.join(self.folder, "programs")
-        os.makedirs(folder, exist_ok=True)
-        with open(os.path.join(folder, name), "w") as file:
-            file.write(f"#!/bin/sh\n{script}\n")
-        os.chmod(file.name, 0o755)
-        self.environment["PATH"] = f"{folder}:{os.environ['PATH']}"
-
-
 class SessionDoctor(Examination):
-    PROGRAM = "webots-session-server"
-
-    @classmethod
-    def setUpClass(cls):
-        port = cls.enterClassContext(web_site("12.5"))
-        cls.machine = f"localhost:{port}"
-        cls.inside = [{"address": f"localhost/{port}", "internal": f"127.0.0.1:{port}"}]  # asked by http, whatever "ssl" says
-
-    def keys(self):
-        return {"simulationServers": [self.machine]}
-
-    def certificate(self, *names, **options):
-        certificate, key = Authority(self.folder, "an authority").issue("own", *(names or ("DNS:localhost",)), **options)
-        self.environment["SSL_CERT_FILE"] = os.path.join(self.folder, "an_authority", "authority.pem")
-        return {"sslCertificate": certificate, "sslKey": key}
-
     def test_a_healthy_server_has_only_good_lines(self):
         found = self.findings()
         self.assertEqual({each["verdict"] for each in found.values()}, {"ok"}, found)
         self.assertEqual(set(found), {"configuration", f"port {self.port}", "logs", f"machine {self.machine}", "name server", "public address"})
 
     def test_people_get_a_line_for_each_and_a_number_at_the_end(self):
-        status, output = self.run_doctor(port=self.port)
+        status, output = self.examine(port=self.port)
         lines = output.splitlines()
         self.assertTrue(lines[0].startswith("ok       configuration"), output)
         self.assertRegex(lines[-1], r"(found nothing wrong|in \d+ checks)\.$")
@@ -125,85 +40,28 @@ class SessionDoctor(Examination):
         self.assertIn(status, (0, 1))
 
     def test_json_is_for_the_doctor_alone(self):
-        refused = subprocess.run([program(self.PROGRAM), "--json"], capture_output=True, text=True, timeout=PATIENCE)
+        refused = subprocess.run([self.program, "--json"], capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual((refused.returncode, refused.stderr), (2, "webots-session-server: --json is for --doctor and --decisions.\n"))
 
     def test_a_configuration_that_can_not_be_read_is_all_that_is_found(self):
-        status, output = self.run_doctor(text='{"port": "x"}')
+        status, output = self.examine(text='{"port": "x"}')
         self.assertEqual(status, 2)
         self.assertTrue(output.startswith("fault    configuration  "), output)
         self.assertIn("the server does not start with it", output)
 
-    def test_an_unknown_key_is_a_warning(self):
-        found = self.findings(prot=1)
-        self.assertEqual(found["configuration"]["verdict"], "warning")
-        self.assertIn('"prot"', found["configuration"]["found"])
-
-    def test_a_port_that_another_program_has(self):
-        with closing(socket.create_server(("127.0.0.1", self.port))):
-            self.assert_broken(f"port {self.port}", "fault", "listens there")
-
-    def test_a_machine_that_does_not_answer(self):
-        nobody = f"localhost:{free_port()}"
-        self.assert_broken(f"machine {nobody}", "fault", "refused", simulationServers=[nobody, self.machine])
-
     def test_a_good_certificate(self):
-        found = self.findings(ssl=True, simulationServers=self.inside, **self.certificate(days=60))
+        authority = Authority(self.folder, "an authority")
+        certificate, key = authority.issue("own", "DNS:localhost", days=60)
+        self.environment = {"SSL_CERT_FILE": authority.certificate}
+        found = self.findings(ssl=True, simulationServers=self.inside, sslCertificate=certificate, sslKey=key)
         self.assertEqual(found["certificate"]["found"], "for localhost, valid for 59 days", found)
-
-    def test_a_certificate_that_has_expired(self):
-        self.assert_broken("certificate", "fault", "it has expired on", ssl=True, simulationServers=self.inside, **self.certificate(days=-1))
-
-    def test_a_certificate_that_will_expire(self):
-        self.assert_broken("certificate", "warning", "valid for 4 days", ssl=True, simulationServers=self.inside, **self.certificate(days=5))
-
-    def test_a_certificate_for_another_host(self):
-        self.assert_broken("certificate", "fault", "it is for example.org, and not for localhost", ssl=True, simulationServers=self.inside,
-                           **self.certificate("DNS:example.org", days=60))
-
-    def test_a_certificate_of_an_unknown_authority(self):
-        keys = self.certificate(days=60)
-        del self.environment["SSL_CERT_FILE"]
-        self.assert_broken("certificate", "warning", "browsers will not believe it", ssl=True, simulationServers=self.inside, **keys)
-
-    def test_a_key_of_another_certificate(self):
-        keys = {**self.certificate(days=60), "sslKey": self_signed(self.folder, "DNS:localhost")[1]}
-        self.assert_broken("certificate", "fault", "it is not the key of the certificate", ssl=True, simulationServers=self.inside, **keys)
-
-    def test_a_log_folder_that_can_not_be_made(self):
-        file = os.path.join(self.folder, "a_file")
-        open(file, "w").close()
-        self.assert_broken("logs", "fault", "is no folder", logDir=os.path.join(file, "log"))
-
-    def test_a_full_disk(self):
-        disk = os.path.join(self.folder, "disk")
-        os.mkdir(disk)
-        mount_small_disk(self, disk, "1m")
-        self.assert_broken("logs", "fault", "the disk is full", logDir=disk)
-
-    def test_a_disk_without_inodes(self):
-        disk = os.path.join(self.folder, "disk")
-        os.mkdir(disk)
-        mount_small_disk(self, disk, "200m,nr_inodes=20")
-        self.assert_broken("logs", "fault", "more files (inodes)", logDir=disk)
 
     def test_a_mail_server_is_tried_without_a_mail(self):
         with CompletionQueue() as mailbox:
             mail = {"administrator": "a@example.org", "mailSender": "s@example.org", "mailServer": "localhost", "mailServerPort": mailbox.port}
             self.assertEqual(self.findings(**mail)["mail"]["verdict"], "ok")
             self.assertEqual(mailbox.mails, [])
-            self.assert_broken("mail", "fault", "", **mail, mailSenderPassword="secret")  # it has no STARTTLS
-        self.assert_broken("mail", "fault", "localhost", **mail)
-
-    def test_a_name_that_nobody_knows(self):
-        name = "r" * 64 + ".example.org"  # too long for any name server, so that none is asked
-        self.assert_broken("name server", "fault", f"the name {name} can't be resolved", server=name)
-
-    @unittest.skipUnless(os.geteuid() == 0, "only root can have a name server of its own")
-    def test_a_name_server_that_says_nothing(self):
-        with HangingNames() as names:
-            self.wrapper = names.wrapper
-            self.assert_broken("name server", "fault", "the name sim.example.org can't be resolved: no answer in time", server="sim.example.org")
+            self.assertEqual(self.findings(**mail, mailSenderPassword="secret")["mail"]["verdict"], "fault")  # it has no STARTTLS
 
     def test_servers_that_take_a_connection_and_say_nothing_hold_up_no_other_check(self):
         with contextlib.ExitStack() as open_sockets:
@@ -219,7 +77,7 @@ class SessionDoctor(Examination):
         with closing(socket.socket(socket.AF_UNIX)) as silent:
             silent.bind(path)
             silent.listen()
-            status, output = self.run_doctor("--json", operatorSocket=path)
+            status, output = self.examine("--json", operatorSocket=path)
         found = by_subject(output)
         self.assertEqual((status, found["public address"]["verdict"]), (2, "fault"))
         self.assertIn("the server hangs", found["public address"]["found"])
@@ -229,32 +87,24 @@ class SessionDoctor(Examination):
     def test_a_firewall_is_seen(self):
         self.put_on_path("nft", "echo 'type filter hook input priority filter; policy drop;'")
         self.put_on_path("iptables", "echo 'not root' >&2; exit 4")
-        firewall = by_subject(self.run_doctor("--json")[1])["firewall"]
+        firewall = by_subject(self.examine("--json")[1])["firewall"]
         self.assertEqual(firewall["verdict"], "warning", firewall)
         self.assertIn("it drops what comes in unless a rule accepts it", firewall["found"])
-
-    def test_a_password_file_that_others_may_read(self):
-        file = os.path.join(self.folder, "password")
-        with open(file, "w") as words:
-            words.write("abcd-efgh-ijkl\n")
-        os.chmod(file, 0o644)
-        self.assert_broken("configuration", "fault", file, teacherPasswordFile=file)
 
 
 @unittest.skipUnless(os.geteuid() == 0, "only root is shown what a service sees")
 class DoctorOfAService(Examination):
     """Root asks about the configuration of a service. What systemd does is played; tests/systemd_packages.py asks the real one."""
 
-    PROGRAM = "webots-session-server"
-
     def keys(self):
-        return {"simulationServers": ["localhost:1"]}
+        return {**super().keys(), "simulationServers": ["localhost:1"]}
 
     def setUp(self):
         super().setUp()
+        self.name = os.path.join(self.folder, "c.json")
         unit = os.path.join(self.folder, "unit")
         with open(unit, "w") as file:
-            file.write(f"[Service]\nType=notify\nExecStart=/usr/bin/webots-session-server {self.folder}/config.json\n"
+            file.write(f"[Service]\nType=notify\nExecStart=/usr/bin/webots-session-server {self.name}\n"
                        "RuntimeDirectory=webots\nUser=nobody\nProtectSystem=strict\n")
         self.put_on_path("systemctl", f'[ "$*" = "cat --no-pager webots-session-server.service" ] && cat {unit}')
         self.words = os.path.join(self.folder, "words")
@@ -266,7 +116,7 @@ class DoctorOfAService(Examination):
             {what}""")
 
     def test_it_looks_as_the_user_of_the_service(self):
-        status, output = self.run_doctor("--json")
+        status, output = self.examine("--json")
         found = by_subject(output)
         self.assertEqual(status, 2)
         self.assertEqual(found["service"]["verdict"], "ok")
@@ -278,8 +128,8 @@ class DoctorOfAService(Examination):
     def test_it_has_users_made_for_simulations_as_the_service_has(self):
         with open(os.path.join(self.folder, "unit"), "a") as file:
             file.write("ExecStartPre=-+/usr/bin/webots-process-guard --pin-users %t/webots\n")
-        self.run_doctor("--json")
-        guard = os.path.join(os.path.dirname(program(self.PROGRAM)), "webots-process-guard")
+        self.examine("--json")
+        guard = os.path.join(os.path.dirname(self.program), "webots-process-guard")
         with open(self.words) as words:
             self.assertEqual([word for word in words.read().splitlines() if word.startswith("--property")][2:],
                              ["--property=RuntimeDirectory=webots-cloud/doctor", "--property=RuntimeDirectoryMode=0700",
@@ -289,7 +139,7 @@ class DoctorOfAService(Examination):
     def test_what_root_alone_sees_comes_from_root(self):
         os.chmod(self.folder, 0o755)
         self.put_on_path("nft", "echo 'chain input { type filter hook input priority 0; policy drop; }'")
-        found = by_subject(self.run_doctor("--json")[1])
+        found = by_subject(self.examine("--json")[1])
         self.assertEqual(found["configuration"]["verdict"], "ok")
         self.assertIn("none names port", found["firewall"]["found"])  # the user of the service may not list the rules
         self.assertIn("nothing can be written to", found["logs"]["found"])
@@ -299,33 +149,25 @@ class DoctorOfAService(Examination):
         os.chmod(self.folder, 0o755)
         path = os.path.join(self.folder, "operator.sock")  # root's alone
         with SessionServer([], operatorSocket=path) as running:
-            found = by_subject(self.run_doctor("--json", port=running.port, operatorSocket=path)[1])
+            found = by_subject(self.examine("--json", port=running.port, operatorSocket=path)[1])
         self.assertEqual(found["public address"]["found"], f"{running.url}/livez leads here")
 
     def test_a_service_that_systemd_can_not_start_is_a_fault_and_root_looks_by_itself(self):
         self.run_in_service("echo 'Unknown assignment: Foo=1' >&2; exit 1")
-        found = by_subject(self.run_doctor("--json")[1])
+        found = by_subject(self.examine("--json")[1])
         self.assertEqual(found["service"]["verdict"], "fault")
         self.assertIn("Unknown assignment: Foo=1", found["service"]["found"])
         self.assertEqual(found["configuration"]["verdict"], "ok")
 
     def test_another_configuration_is_looked_at_as_who_asks(self):
         self.put_on_path("systemctl", "echo '[Service]'; echo 'ExecStart=/usr/bin/webots-session-server /etc/other.json'")
-        found = by_subject(self.run_doctor("--json")[1])
+        found = by_subject(self.examine("--json")[1])
         self.assertNotIn("service", found)
         self.assertFalse(os.path.exists(self.words))
 
 
 class SimulationDoctor(Examination):
-    PROGRAM = "webots-simulation-server"
-    NOT_GOOD = ("simulator",)  # it may be the demo simulator
-
-    @classmethod
-    def setUpClass(cls):
-        cls.forge = f"http://localhost:{cls.enterClassContext(web_site('a forge'))}"
-
-    def keys(self):
-        return {"forges": [self.forge], "notify": [], "maxConnections": 3, "sandbox": "none", "simulationUser": "none", "display": "none"}
+    SERVER = "simulation"
 
     def test_a_healthy_server_has_only_good_lines(self):
         found = self.findings()
@@ -334,13 +176,13 @@ class SimulationDoctor(Examination):
         self.assertEqual({each["verdict"] for each in found.values() if each["subject"] != "simulator"}, {"ok"}, found)
 
     def test_the_walls_of_simulations_are_tried(self):
-        sandbox = by_subject(self.run_doctor("--json")[1])["sandbox"]
+        sandbox = by_subject(self.examine("--json")[1])["sandbox"]
         self.assertEqual(sandbox["verdict"], "warning")
         self.assertIn("Simulations run without a sandbox", sandbox["found"])
         self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("webots-doctor")], [])
 
     def test_an_empty_world_is_loaded_by_the_simulator(self):
-        found = by_subject(self.run_doctor("--json", sandbox="auto")[1])
+        found = by_subject(self.examine("--json", sandbox="auto")[1])
         self.assertEqual(found["start"]["verdict"], "ok", found)
         self.assertRegex(found["start"]["found"], r"^the simulator has loaded an empty world within \d+ s$")
 
@@ -349,41 +191,19 @@ class SimulationDoctor(Examination):
         with open(webots, "w") as file:
             file.write("#!/bin/sh\necho libGL.so.1: cannot open shared object file >&2\nexit 127\n")
         os.chmod(webots, 0o755)
-        found = by_subject(self.run_doctor("--json", webotsHome=self.folder)[1])["start"]
+        found = by_subject(self.examine("--json", webotsHome=self.folder)[1])["start"]
         self.assertEqual(found["verdict"], "fault", found)
         self.assertRegex(found["found"], r"^the simulator does not load an empty world: .*; it printed: libGL.so.1: cannot open shared object file$")
         self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("webots-doctor")], [])
 
-    def test_a_forge_that_nobody_runs(self):
-        nobody = f"http://localhost:{free_port()}"
-        self.assert_broken("forge", "fault", f"{nobody} is not reached", forges=[nobody])
-
-    def test_a_proxy_that_is_not_there(self):
-        self.environment = {"http_proxy": f"http://127.0.0.1:{free_port()}", "no_proxy": ""}
-        self.assert_broken("forge", "fault", "is not reached")
-
-    def test_a_registry_that_is_not_there(self):
-        self.assert_broken("registry", "warning", "is not reached", notify=[f"http://localhost:{free_port()}/setup"])
-
-    def test_a_port_of_simulators_that_another_program_has(self):
-        with closing(socket.create_server(("0.0.0.0", self.port + 2))):
-            self.assert_broken(f"ports from {self.port + 1}", "warning", "2 of the 3 ports")
-
-    def test_webots_that_is_not_where_it_should_be(self):
-        status, output = self.run_doctor("--json", webotsHome=self.folder)
-        said = by_subject(output)
-        self.assertEqual(status, 2)
-        self.assertEqual(said["configuration"]["verdict"], "fault")
-        self.assertIn("webotsHome", said["configuration"]["found"])
-
     def test_what_draws_on_the_screen_of_all_simulations(self):
         self.put_on_path("glxinfo", 'echo "$*" > "$HOME/asked"; echo "OpenGL renderer string: llvmpipe (LLVM 15.0.6, 256 bits)"')
-        renderer = by_subject(self.run_doctor("--json", display=":77")[1])["renderer"]
+        renderer = by_subject(self.examine("--json", display=":77")[1])["renderer"]
         self.assertEqual((renderer["verdict"], renderer["found"]),
                          ("warning", "the processor draws, not a graphics processor: llvmpipe (LLVM 15.0.6, 256 bits)"))
         with open(os.path.join(self.folder, "asked")) as file:
             self.assertEqual(file.read(), "-display :77 -B\n")
-        self.assertNotIn("renderer", by_subject(self.run_doctor("--json", display="none")[1]))
+        self.assertNotIn("renderer", by_subject(self.examine("--json", display="none")[1]))
 
     def test_webots_with_its_release(self):
         home = os.path.join(self.folder, "webots_home")

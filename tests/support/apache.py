@@ -75,6 +75,8 @@ def documented_path(path, target, port, certificate):
 
 
 class Apache(Startable):
+    """`rules`: what its virtual host with TLS is configured with; `certificate`: the files of the certificate and its key."""
+
     def __init__(self, rules, port, certificate):
         self.port = port
         self.url = f"https://localhost:{port}"

@@ -12,6 +12,8 @@ SESSION, SIMULATION = "config/session/local.json", "config/simulation/local.json
 
 @dataclasses.dataclass
 class Row:
+    """A machine that is unlike the one of the developers, what is typed there, and what has to come of it."""
+
     name: str
     says: str = ""  # the start is refused, and this is in its first sentence (a regular expression). Without it the site has to work
     warns: str = ""  # the servers are started, but nobody can start a simulation, and this is in the first sentence

@@ -53,6 +53,8 @@ RUN_FIRST = """Services.obs.addObserver((window) => {
 
 
 class Marionette:
+    """The connection to a Firefox that runs: a command, and its answer."""
+
     def __init__(self, port):
         def connect():
             with contextlib.suppress(ConnectionRefusedError):
@@ -106,6 +108,8 @@ class Marionette:
 
 
 class Translator(http.server.BaseHTTPRequestHandler):
+    """What Selenium asks by HTTP, as commands of Marionette."""
+
     protocol_version = "HTTP/1.1"
 
     def log_message(self, *_):

@@ -70,6 +70,7 @@ def check(value, kind, place):
 
 
 def check_object(value, model, place):
+    """AssertionError where a document is none of this model; `place` is where it stands in the whole."""
     if not isinstance(value, dict):
         raise AssertionError(f"{place}: expected {model.__name__}, found {value!r}")
     attributes = {key: attribute for attribute, key in model.attribute_map.items()}

@@ -97,6 +97,8 @@ class _Server(http.server.ThreadingHTTPServer):
 
 
 class LfsServer:
+    """Its attributes are what it has and how it answers, to be changed by tests at any time, and what it was asked."""
+
     def __init__(self, host="127.0.0.1"):
         self.objects = {}  # content by digest
         self.answers = {}  # by digest, "object" for all of them, or "batch": a function of the handler, instead of a good answer

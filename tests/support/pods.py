@@ -61,6 +61,8 @@ class Cluster:
 
 
 class Pod:
+    """One of a deployment: its container runs until it is ended, as Kubernetes would start, ask and end it."""
+
     def __init__(self, cluster, deployment, name, address):
         self.docker, self.name, self.address = cluster.docker, name, address
         self.was_stopped = False

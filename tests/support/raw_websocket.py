@@ -27,6 +27,7 @@ def read_all(connection):
 
 
 def read_head(connection):
+    """The head of an answer, and not a byte of what follows it."""
     text = b""
     while not text.endswith(b"\r\n\r\n"):
         byte = connection.recv(1)
@@ -45,6 +46,7 @@ def open_websocket(server, path="/"):
 
 
 def frame(first, payload, masked=True):
+    """`first`: the first byte, with the bits of FIN and the opcode."""
     length = struct.pack("!B", len(payload)) if len(payload) < 126 else struct.pack("!BQ", 127, len(payload))
     if not masked:
         return bytes([first]) + length + payload

@@ -373,7 +373,7 @@ ELSEWHERE = [
     Elsewhere(name="seven pictures behind one port", source="the issue", file="e2e/many_pictures_test.py", words="def test_"),
     Elsewhere(name="a leading slash in a sparse checkout", source=f"{ENGINE}#33", file="integration/git_cone_test.py",
               words="test_a_project_has_what_git_checks_out"),
-    Elsewhere(name="Webots' viewer opened from disk", source="cyberbotics/webots#2966", file="integration/check_config_test.py",
+    Elsewhere(name="Webots' viewer opened from disk", source="cyberbotics/webots#2966", file="integration/broken_configurations_test.py",
               words="test_a_session_server_of_this_machine_says_how_pages_from_disk_get_in"),
 ]
 

@@ -57,6 +57,8 @@ NOT_HERE = "there is no such thing on this machine"
 
 
 class Attempt:
+    """A function that `@attempt` has made a row of."""
+
     def __init__(self, row, refusals, writes, function):
         self.id = function.__name__
         self.title = function.__doc__

@@ -54,30 +54,6 @@ CheckWork check_hosts(std::vector<core::NamedHost> hosts, NameService& names, Cl
     co_return as_warnings(std::move(found));
 }
 
-/// What websites need, whose projects are refused in containers.
-Findings website_findings(SimulationConfig const& config)
-{
-    Findings findings;
-    auto const require = [&findings](std::string_view key, fs::path const& folder, std::string_view effect) {
-        std::error_code failed;
-        fs::directory_iterator const look(folder, failed);
-        if (failed)
-            findings.emplace_back(
-                Verdict::warning, concat("key \"", key, "\""),
-                concat("the folder ", fs::absolute(folder).string(), " can't be read: ", failed.message()),
-                effect);
-    };
-    if (config.docker)
-        return findings;
-    std::error_code ignored;
-    if (fs::is_directory(config.websites.projects,
-                         ignored)) // a missing one is told by the configuration itself
-        require("projectsDir", config.websites.projects, "Websites have no templates to start from.");
-    if (config.websites.keys != SimulationConfig().websites.keys)
-        require("keyDir", config.websites.keys, "Projects are fetched from websites without a key.");
-    return findings;
-}
-
 /// A server that runs has its ports. It may be another user's, whose socket we can't see.
 template<class Config>
 Findings ports_of(Config const& config, std::string_view kind)

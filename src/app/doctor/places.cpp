@@ -167,4 +167,27 @@ Findings simulation_port_findings(SimulationConfig const& config)
     return {core::judge_simulation_ports(port_after(1), config.launching.max_simulations, free)};
 }
 
+Findings website_findings(SimulationConfig const& config)
+{
+    Findings findings;
+    auto const require = [&findings](std::string_view key, fs::path const& folder, std::string_view effect) {
+        std::error_code failed;
+        fs::directory_iterator const look(folder, failed);
+        if (failed)
+            findings.emplace_back(core::Verdict::warning, core::concat("key \"", key, "\""),
+                                  core::concat("the folder ", fs::absolute(folder).string(),
+                                               " can't be read: ", failed.message()),
+                                  effect);
+    };
+    if (config.docker)
+        return findings;
+    std::error_code ignored;
+    if (fs::is_directory(config.websites.projects,
+                         ignored)) // a missing one is told by the configuration itself
+        require("projectsDir", config.websites.projects, "Websites have no templates to start from.");
+    if (config.websites.keys != SimulationConfig().websites.keys)
+        require("keyDir", config.websites.keys, "Projects are fetched from websites without a key.");
+    return findings;
+}
+
 } // namespace webots_cloud::app

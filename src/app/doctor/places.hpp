@@ -51,4 +51,8 @@ core::Findings port_findings(std::uint16_t port, NetworkConfig const& network, b
 /// For a server that does not run: the ports of its simulators; nothing where simulations are in containers.
 core::Findings simulation_port_findings(SimulationConfig const& config);
 
+/// Which of the folders for projects of websites can't be read; none with containers, which have no such
+/// projects.   Blocks where a network drive hangs.
+core::Findings website_findings(SimulationConfig const& config);
+
 } // namespace webots_cloud::app

@@ -204,6 +204,9 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     if (!viewpoint.is_running)
         for (auto& each : simulation_port_findings(config))
             findings.push_back(std::move(each));
+    if (!viewpoint.is_server) // whose event loop must not wait for a drive
+        for (auto& each : website_findings(config))
+            findings.push_back(std::move(each));
     for (auto& each : machine_findings(wanted_memory(config),
                                        descriptors_per_simulation *
                                                static_cast<std::uint64_t>(config.launching.max_simulations) +

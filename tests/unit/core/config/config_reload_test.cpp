@@ -80,6 +80,62 @@ void check_key(std::span<core::ConfigTopic const> topics, core::ConfigKey const&
     BOOST_TEST(key.value.equal(&running, &next) == key.reloaded, key.name);
 }
 
+/// Values that no such key takes, as JSON.
+std::vector<std::string> refused_values(core::ConfigKey const& key)
+{
+    using core::KeyType;
+    std::vector<std::string> values{R"({"no":[1]})", "null"};
+    auto const add = [&](std::initializer_list<char const*> more) {
+        values.insert(values.end(), more.begin(), more.end());
+    };
+    switch (key.value.type) {
+    case KeyType::boolean:
+        add({"1", R"("yes")", "[]"});
+        break;
+    case KeyType::integer:
+        add({"1.5"});
+        [[fallthrough]];
+    case KeyType::number:
+        add({R"("5")", "true", "[]"});
+        values.push_back(core::number_text(key.min - 1));
+        values.push_back(core::number_text(key.max + 1));
+        if (key.least > 0)
+            values.push_back(core::number_text(key.least / 2));
+        break;
+    case KeyType::choice:
+        add({R"("no such choice")", "1", "[]"});
+        break;
+    case KeyType::texts:
+        add({R"("a")", "[1]", R"(["\n"])"});
+        break;
+    case KeyType::path:
+        add({R"("\u001b[2J")"});
+        [[fallthrough]];
+    default:
+        add({"5", "[1]"});
+    }
+    return values;
+}
+
+/// Each is refused with the name of the key, in a line that shows no control characters.
+template<class Config>
+void check_refusals(std::span<core::ConfigTopic const> topics, core::ConfigKey const& key)
+{
+    for (auto const& value : refused_values(key)) {
+        auto const text = core::concat("{\"", key.name, "\":", value, "}");
+        auto reader = core::ConfigReader::parse(text, "c.json", topics);
+        Config config;
+        reader->read_members(config);
+        auto const refused = reader->failure();
+        BOOST_TEST_REQUIRE(refused.has_value(), text);
+        BOOST_TEST(refused->message().starts_with(core::concat(
+                       "c.json:1:", std::to_string(key.name.size() + 5), ": key \"", key.name, "\"")),
+                   refused->message());
+        BOOST_TEST(refused->message().find(": expected ") != std::string::npos, refused->message());
+        BOOST_TEST(core::is_printable(refused->message()), text);
+    }
+}
+
 template<class Config>
 int check_each_key(std::span<core::ConfigTopic const> topics)
 {
@@ -87,7 +143,11 @@ int check_each_key(std::span<core::ConfigTopic const> topics)
     for (auto const& topic : topics)
         for (auto const& key : topic.keys)
             if (key.value.read && key.value.owner) {
-                BOOST_TEST_CONTEXT(key.name) check_key<Config>(topics, key);
+                BOOST_TEST_CONTEXT(key.name)
+                {
+                    check_key<Config>(topics, key);
+                    check_refusals<Config>(topics, key);
+                }
                 ++checked;
             }
     return checked;
@@ -101,7 +161,7 @@ Keys sorted(Keys keys)
 
 } // namespace
 
-BOOST_AUTO_TEST_CASE(each_key_arrives_in_a_member_of_its_own_which_a_reload_applies_or_leaves)
+BOOST_AUTO_TEST_CASE(each_key_is_refused_or_arrives_in_a_member_of_its_own_which_a_reload_applies_or_leaves)
 {
     BOOST_TEST(check_each_key<SessionConfig>(core::session_topics()) > 45);
     BOOST_TEST(check_each_key<SimulationConfig>(core::simulation_topics()) > 60);

@@ -211,6 +211,28 @@ struct Fixture
         return lines;
     }
 
+    /// Whether a command was run, whatever was run before and after it. One that ends with a blank had more
+    /// arguments, which do not matter.
+    boost::test_tools::assertion_result has_run(std::string_view command) const
+    {
+        Texts lines;
+        for (auto const& each : processes.started())
+            lines.push_back(joined(each.argv));
+        boost::test_tools::assertion_result found(std::ranges::any_of(lines, [&](auto const& line) {
+            return command.ends_with(' ') ? line.starts_with(command) : line == command;
+        }));
+        for (auto const& line : lines)
+            found.message() << "\n  was run: " << line;
+        return found;
+    }
+
+    /// How many commands had these words in a row, since docker mode was opened.
+    std::ptrdiff_t runs_of(std::string_view words) const
+    {
+        return std::ranges::count_if(run(),
+                                     [&](auto const& line) { return line.find(words) != std::string::npos; });
+    }
+
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedProcesses processes{world.clock};
@@ -248,12 +270,9 @@ BOOST_AUTO_TEST_CASE(compose_as_a_part_of_docker_is_preferred)
     fixture.open();
     BOOST_TEST(fixture.log.contains("Simulations run in containers, by /bin/docker compose and runc"));
     BOOST_TEST(fixture.log.contains("Builds of projects may use Docker's own list of system calls"));
-    auto const& started = fixture.processes.started();
-    BOOST_TEST(joined(started.at(0).argv) == "/bin/docker compose version");
-    BOOST_TEST(joined(started.at(2).argv).starts_with("/bin/docker ps --all --format "));
-    BOOST_TEST(joined(started.at(3).argv).starts_with("/bin/docker network ls --format "));
-    BOOST_TEST(joined(started.at(4).argv).starts_with("/bin/docker volume ls --format "));
-    BOOST_TEST(joined(started.at(5).argv).starts_with("/bin/docker images --format "));
+    BOOST_TEST(fixture.has_run("/bin/docker compose version"));
+    for (std::string const left : {"ps --all", "network ls", "volume ls", "images"})
+        BOOST_TEST(fixture.has_run("/bin/docker " + left + " --format "));
 }
 
 BOOST_AUTO_TEST_CASE(compose_as_a_program_of_its_own_will_do)
@@ -342,10 +361,9 @@ BOOST_AUTO_TEST_CASE(what_a_dead_predecessor_left_is_removed_until_nothing_is_fo
     fixture.expect_commands(1, "webots-2000-1f3a9c4d-1-0_webots:latest\tnow\ndebian:12\tnow\n");
     fixture.expect_commands(1 + looks);
     BOOST_TEST(said_by_open(fixture) == "");
-    BOOST_TEST(joined(fixture.processes.started().at(3).argv) == "/bin/docker rm --force --volumes c1");
-    BOOST_TEST(joined(fixture.processes.started().at(5).argv) == "/bin/docker network rm n1");
-    BOOST_TEST(joined(fixture.processes.started().at(8).argv) ==
-               "/bin/docker rmi --force --no-prune webots-2000-1f3a9c4d-1-0_webots:latest");
+    BOOST_TEST(fixture.has_run("/bin/docker rm --force --volumes c1"));
+    BOOST_TEST(fixture.has_run("/bin/docker network rm n1"));
+    BOOST_TEST(fixture.has_run("/bin/docker rmi --force --no-prune webots-2000-1f3a9c4d-1-0_webots:latest"));
 }
 
 BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
@@ -496,9 +514,8 @@ BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_was_given_up_is_removed_when_it_is_n
     fixture.expect_commands(1);
     fixture.background.spawn(fixture.run_docker());
     fixture.world.advance(60s);
-    auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 5u); // nothing more until a simulation ends
-    BOOST_TEST(lines[2] == "/bin/docker rm --force --volumes b1");
+    BOOST_TEST(fixture.run().size() == 5u); // nothing more until a simulation ends
+    BOOST_TEST(fixture.has_run("/bin/docker rm --force --volumes b1"));
 }
 
 BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_it_does)
@@ -517,9 +534,7 @@ BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_i
     fixture.leave(fixture.start());
     BOOST_TEST(fixture.log.contains("something may be left, until docker answers: Cannot connect"));
     fixture.world.advance(60s);
-    auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 3u + 5u + 2u + 1u + 1u + 3u + looks);
-    BOOST_TEST(lines.at(11) == "/bin/docker rm --force --volumes c1");
+    BOOST_TEST(fixture.has_run("/bin/docker rm --force --volumes c1"));
 }
 
 BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
@@ -549,12 +564,9 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     fixture.world.advance(20s);
     fixture.leave(browser);
     fixture.world.advance(60s);
-    auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 2u + 1u + 4u + looks + 3u);
-    BOOST_TEST(lines.at(3).starts_with("/bin/docker events --since "));
-    BOOST_TEST(lines.at(4) == "/bin/docker update --pids-limit 50 0a");
-    BOOST_TEST(lines.at(5) == "/bin/docker update --pids-limit 50 0c");
-    BOOST_TEST(lines.at(6) == lines.at(3));
+    BOOST_TEST(fixture.runs_of("docker events --since") == 2);
+    BOOST_TEST(fixture.has_run("/bin/docker update --pids-limit 50 0a"));
+    BOOST_TEST(fixture.has_run("/bin/docker update --pids-limit 50 0c"));
     BOOST_TEST(fixture.processes.alive() == 0);
 }
 
@@ -612,11 +624,9 @@ BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simula
     fixture.world.advance(1s);
     BOOST_TEST(!browser.close_code.has_value());
     fixture.world.advance(3s);
-    auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 1u + 2 * 4u + looks);
-    BOOST_TEST(lines.at(2) == "/bin/docker images --all --quiet --no-trunc");
-    BOOST_TEST(lines.at(3).ends_with(concat(" ", image_id('a'), " ", image_id('b'))));
-    BOOST_TEST(lines.at(4).ends_with(" --filter id=cccccccccccc"));
+    BOOST_TEST(fixture.has_run("/bin/docker images --all --quiet --no-trunc"));
+    BOOST_TEST(fixture.runs_of(concat(" ", image_id('a'), " ", image_id('b'))) == 2);
+    BOOST_TEST(fixture.runs_of(" --filter id=cccccccccccc") == 2);
     BOOST_TEST(
         browser.sent.back() ==
         "loading: Error: The steps that build the project made images of more than 9 MB together, which "
@@ -678,11 +688,9 @@ BOOST_AUTO_TEST_CASE(what_is_kept_of_builds_has_a_limit_and_nothing_goes_that_a_
     fixture.start();
     auto& browser = fixture.start();
     fixture.leave(browser);
-    auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 2u + looks + 3u);
-    BOOST_TEST(lines.at(6) == "/bin/docker images --all --quiet --no-trunc --filter "
-                              "label=webots_cloud.server=webots-2000-1f3a9c4d");
-    BOOST_TEST(lines.at(8) == concat("/bin/docker rmi --no-prune ", image_id('b')));
+    BOOST_TEST(fixture.has_run("/bin/docker images --all --quiet --no-trunc --filter "
+                               "label=webots_cloud.server=webots-2000-1f3a9c4d"));
+    BOOST_TEST(fixture.has_run(concat("/bin/docker rmi --no-prune ", image_id('b'))));
     BOOST_TEST(fixture.log.contains("docker: removes 1 images of builds, since those that are kept take more "
                                     "than 1 MB (\"buildCache\")"));
     fixture.expect_commands(looks);
@@ -724,9 +732,7 @@ BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again_and_lose_the_na
     auto& browser = fixture.start();
     fixture.leave(browser);
     fixture.world.advance(60s);
-    auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 2u + 1u + looks + 2u + 2u);
-    BOOST_TEST(lines.back() == concat("/bin/docker rmi --force --no-prune ", project, "_webots:latest"));
+    BOOST_TEST(fixture.has_run(concat("/bin/docker rmi --force --no-prune ", project, "_webots:latest")));
 }
 
 BOOST_AUTO_TEST_CASE(a_template_whose_services_cannot_be_found_is_not_run_without_walls)
@@ -756,10 +762,8 @@ BOOST_AUTO_TEST_CASE(what_containers_write_counts_towards_the_limit_of_the_disk)
     BOOST_TEST(fixture.run().size() == 2u); // docker counts for long
     BOOST_TEST(!browser.close_code.has_value());
     fixture.world.advance(3s);
-    BOOST_TEST(joined({fixture.run().at(2)})
-                   .starts_with(concat(
-                       "/bin/docker ps --all --no-trunc --size --filter label=com.docker.compose.project=",
-                       project)));
+    BOOST_TEST(fixture.has_run(concat(
+        "/bin/docker ps --all --no-trunc --size --filter label=com.docker.compose.project=", project, " ")));
     BOOST_TEST(browser.sent.back().starts_with(
                    "loading: Error: The simulation filled its folder with more than 9 MB, "),
                browser.sent.back());
@@ -773,7 +777,7 @@ BOOST_AUTO_TEST_CASE(what_lies_in_volumes_counts_too_and_a_docker_that_does_not_
     fixture.expect_commands(1, "1MB (virtual 1GB)\tvolume1,volume2\n");
     fixture.processes.expect().after(2s).prints("volume1\t2MB\nother\t1GB\nvolume2\t500kB\n").exits(0);
     BOOST_TEST(fixture.world.run(fixture.docker.written(project)).files == 3'500'000u);
-    BOOST_TEST(fixture.run().at(1).starts_with("/bin/docker system df --verbose --format "));
+    BOOST_TEST(fixture.has_run("/bin/docker system df --verbose --format "));
     fixture.world.advance(19s); // it takes long: not so often
     BOOST_TEST(fixture.world.run(fixture.docker.written(project)).files == 3'500'000u);
     BOOST_TEST(fixture.run().size() == 2u);
@@ -1001,9 +1005,9 @@ BOOST_AUTO_TEST_CASE(an_image_of_a_registry_is_fetched_and_not_used_where_it_add
         }
         auto& browser = fixture.start();
         BOOST_TEST(browser.sent.back() == told);
-        BOOST_TEST(fixture.run().at(0) ==
-                   "/bin/docker image inspect --format {{json .Config.OnBuild}} docker.io/a");
-        BOOST_TEST(fixture.run().at(1) == "/bin/docker pull --quiet docker.io/a");
+        BOOST_TEST(
+            fixture.has_run("/bin/docker image inspect --format {{json .Config.OnBuild}} docker.io/a"));
+        BOOST_TEST(fixture.has_run("/bin/docker pull --quiet docker.io/a"));
         if (starts)
             fixture.leave(browser);
     }
@@ -1035,9 +1039,9 @@ BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
     BOOST_TEST(fixture.file("worlds/a.wbt") == "Robot { controller \"<extern>\" }");
     BOOST_TEST(fixture.file("remote_controller_launcher.py") == "launch");
     BOOST_TEST(fixture.file("docker-compose.yml") == compose_file("docker-compose-competition.yml"));
-    BOOST_TEST(fixture.run().at(1) ==
-               "/bin/docker compose -f /instances/1/project/docker-compose.yml -f "
-               "/instances/1/project/docker-compose.walls.yml restart --timeout 0 controller");
+    BOOST_TEST(
+        fixture.has_run("/bin/docker compose -f /instances/1/project/docker-compose.yml -f "
+                        "/instances/1/project/docker-compose.walls.yml restart --timeout 0 controller"));
     BOOST_TEST(fixture.log.contains("[1] The controller can't be restarted: No such service"));
     BOOST_TEST(browser.sent.back() == ".");
     fixture.leave(browser);
@@ -1055,8 +1059,8 @@ BOOST_AUTO_TEST_CASE(a_file_that_is_put_back_is_put_into_the_containers_as_well)
     fixture.processes.expect().prints("Error: No such container:path: c3:/usr\n").exits(1);
     browser.browser_says(R"({"reset controller":"walk/walk.py"})");
     fixture.world.settle();
-    BOOST_TEST(fixture.run().at(2) == "/bin/docker cp /instances/1/project/controllers/walk/walk.py "
-                                      "a1:/usr/local/webots-project/controllers/walk/walk.py");
+    BOOST_TEST(fixture.has_run("/bin/docker cp /instances/1/project/controllers/walk/walk.py "
+                               "a1:/usr/local/webots-project/controllers/walk/walk.py"));
     BOOST_TEST(browser.sent.back() ==
                "loading: Error: The file can't be brought to where the simulation runs: "
                "Error: No such container:path: c3:/usr.");
@@ -1155,9 +1159,8 @@ BOOST_AUTO_TEST_CASE(what_compose_left_is_removed_when_the_simulation_ends)
     auto& browser = fixture.start();
     fixture.leave(browser);
     fixture.world.advance(1s);
-    BOOST_TEST(fixture.run().at(2) == "/bin/docker rm --force --volumes c1");
-    BOOST_TEST(fixture.run().at(6) ==
-               concat("/bin/docker rmi --force --no-prune ", project, "_webots:latest"));
+    BOOST_TEST(fixture.has_run("/bin/docker rm --force --volumes c1"));
+    BOOST_TEST(fixture.has_run(concat("/bin/docker rmi --force --no-prune ", project, "_webots:latest")));
     BOOST_TEST(fixture.run().size() == 1u + looks + 2u + looks);
 }
 
@@ -1177,15 +1180,13 @@ BOOST_AUTO_TEST_CASE(old_images_go_only_where_the_operator_has_named_those_that_
     fixture.expect_commands(2);
     auto& browser = fixture.start();
     fixture.leave(browser);
-    auto const run = fixture.run();
-    BOOST_TEST_REQUIRE(run.size() == 1u + looks + 5u);
-    BOOST_TEST(run.at(6) == "/bin/docker images --filter dangling=true --filter "
-                            "label=webots_cloud.server=webots-2000-1f3a9c4d --format "
-                            "{{.ID}}\t{{.CreatedAt}}");
-    BOOST_TEST(run.at(7) ==
-               "/bin/docker ps --quiet --filter ancestor=cyberbotics/webots.cloud:R2023b-ubuntu22.04");
-    BOOST_TEST(run.at(8) == "/bin/docker ps --quiet --filter ancestor=0a1b2c3d4e5f");
-    BOOST_TEST(run.at(9) == "/bin/docker rmi 0a1b2c3d4e5f");
+    BOOST_TEST(fixture.has_run("/bin/docker images --filter dangling=true --filter "
+                               "label=webots_cloud.server=webots-2000-1f3a9c4d --format "
+                               "{{.ID}}\t{{.CreatedAt}}"));
+    BOOST_TEST(fixture.has_run(
+        "/bin/docker ps --quiet --filter ancestor=cyberbotics/webots.cloud:R2023b-ubuntu22.04"));
+    BOOST_TEST(fixture.has_run("/bin/docker ps --quiet --filter ancestor=0a1b2c3d4e5f"));
+    BOOST_TEST(fixture.has_run("/bin/docker rmi 0a1b2c3d4e5f"));
 }
 
 /// A competition, a reset and an end: in the n-th run the n-th call of one seam fails.
