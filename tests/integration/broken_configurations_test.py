@@ -31,7 +31,7 @@ class Broken(typing.NamedTuple):
     server: str
     told: str  # by --check-config, in a line, and nothing else; empty: nothing
     is_error: bool  # whether that ends with status 2, and not with a warning
-    finding: tuple  # of the doctor: subject, verdict, words; empty: everything is good
+    finding: tuple  # of the doctor: subject, verdict, and words if they are not those above; empty: everything is good
     starts: bool
 
 
@@ -39,7 +39,7 @@ BROKEN = []
 
 
 def broken(*servers, told="", error=False, finding=(), starts=None):
-    """`starts`: where it is not so that what is no error lets the server start."""
+    """`starts`: the servers that start, where these are not all without an error, and none with one."""
     def add(breaks):
         for server in servers:
             BROKEN.append(Broken(breaks, server, told, error, finding, not error if starts is None else server in starts))
@@ -370,8 +370,7 @@ class Rows(Examination):
         return os.path.join(self.folder, name)
 
     def with_attributes(self, text):
-        return text.format(**{name: value for name, value in vars(self).items() if f"{{{name}}}" in text}, next_port=self.port + 1,
-                           server=self.SERVER) if "{" in text else text
+        return text.format(**vars(self), next_port=self.port + 1, server=self.SERVER)
 
     def try_row(self, row):
         self.SERVER = row.server
@@ -382,13 +381,13 @@ class Rows(Examination):
         self.assertIn(told, said)
         self.assertEqual(": warning: " in said, bool(told) and not row.is_error, said)
 
-        subject, verdict, words = (self.with_attributes(each) for each in (*row.finding, "")[:3]) if row.finding else ("", "ok", "")
         found = {name: each for name, each in self.findings(**keys).items() if each["verdict"] != "ok" and name != "simulator"}  # it may be the demo
+        subject, verdict, *words = map(self.with_attributes, row.finding or ("", ""))
         self.assertEqual({name: each["verdict"] for name, each in found.items()}, {subject: verdict} if subject else {}, found)
-        if subject:
-            self.assertIn(words, found[subject]["found"])
-            if (subject, verdict) != REMARK:  # which says all in one sentence
-                self.assertNotEqual(found[subject]["remedy"], "")
+        for each in words:
+            self.assertIn(each, found[subject]["found"])
+        if subject and (subject, verdict) != REMARK:  # which says all in one sentence
+            self.assertNotEqual(found[subject]["remedy"], "")
 
         is_ready, log = self.starts(**keys)
         self.assertEqual(is_ready, row.starts, log)
