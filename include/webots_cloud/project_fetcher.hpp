@@ -96,7 +96,7 @@ public:
     /// Fetches a project into a new directory. The source checks that the world is there.
     ///
     /// Cancellation: terminal; completes when nothing of it is left on disk.
-    /// Errors: as `ProjectSource::fetch`.
+    /// Errors: as `ProjectSource::fetch`; `invalid_url` for a project of none of the forges.
     boost::asio::awaitable<result<Project>> fetch(ProjectRef project,
                                                   std::shared_ptr<FetchProgress> progress);
 

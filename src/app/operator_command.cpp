@@ -23,10 +23,13 @@ int ask_running_server(Program const& program, Arguments const& arguments, std::
         std::cerr << terminal_text(concat(program.name, ": ", answer.error().message())) << std::endl;
         return exit_try_again;
     }
-    std::cerr << terminal_text(
-                     concat(program.name, ": no answer at ", path.string(), ": ", answer.error().message(),
-                            ". Does a server with this configuration run on this machine, as this user?"))
-              << std::endl;
+    // What the server has answered says all; else nobody has.
+    auto const sentence =
+        answer.error() == errc::invalid_argument
+            ? answer.error().message()
+            : concat("no answer at ", path.string(), ": ", answer.error().message(),
+                     ". Does a server with this configuration run on this machine, as this user?");
+    std::cerr << terminal_text(concat(program.name, ": ", sentence)) << std::endl;
     return exit_failed;
 }
 

@@ -53,8 +53,11 @@ result<adapters::InstanceRoot> open_instances(SimulationConfig const& config, Lo
         log.warning(concat(root.error().message(), ". Trying ", folders[i].path.string(), " instead."));
         root = open_instances(folders[i], name);
     }
-    if (!root)
-        return root.error().within(concat("no simulation server on port ", name));
+    if (!root) {
+        auto const failure =
+            is_in_use(root.error()) ? Failure(errc::unavailable, root.error().message()) : root.error();
+        return failure.within(concat("no simulation server on port ", name));
+    }
     for (auto const& notice : root->notices())
         log.warning(notice);
     if (auto const removed = root->left_overs().removed; removed > 0)

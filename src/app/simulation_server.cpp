@@ -5,6 +5,7 @@
 #include "async/first_of.hpp"
 #include "challenges.hpp"
 #include "controllers.hpp"
+#include "core/config/config_rules.hpp"
 #include "core/machine_labels.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
@@ -149,7 +150,7 @@ result<SimulationServiceHooks> service_hooks(asio::any_io_executor const& execut
 struct Instruments
 {
     Instruments(asio::any_io_executor const& executor, SimulationConfig const& config, Logger const& log)
-        : folder_meter(make_folder_meter()), world_finder(make_world_finder(config.forges)),
+        : folder_meter(make_folder_meter()), world_finder(make_world_finder(config.forges, log)),
           picture_taker(make_picture_taker(executor, log)), simulator_talk(make_simulator_talk(executor, log))
     {}
 
@@ -211,6 +212,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     // Other users search what we make for simulations, whatever the operator's shell takes from new folders.
     // Our private folders say so themselves, and that of the logs exists by now.
     (void)::umask(S_IWGRP | S_IWOTH);
+    if (auto const known = core::complete_choices(config); !known)
+        co_return known.error();
     programs = absolute_path(programs);
     auto const clock = make_steady_clock(executor);
     auto const prepared = co_await app::prepare_machine(executor, config, programs, *clock, log);
@@ -256,7 +259,6 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     log.info(concat("Running simulation server on port ", std::to_string(config.address.port)));
     auto const operators = app::open_operator_socket(executor, "simulation", config.address.port,
                                                      config.access, "--drain, only SIGUSR1", log);
-
     auto const http = make_http_client(executor, config.http_client, log);
     Registration registration(config.service, core::public_http_url(config.address), *http, *clock, log);
     auto session_mac = ticket_mac(config);

@@ -196,7 +196,7 @@ class Operators(unittest.IsolatedAsyncioTestCase):
                 await browser.start()
                 await browser.hear("webots:")
                 self.assertEqual(simulation.command("--end", "7")[0], 1)
-                self.assertIn("Expected /api/end", simulation.command("--end", "x&y")[1])
+                self.assertEqual(simulation.command("--end", "x&y"), (1, "webots-simulation-server: Expected the number of a simulation, as in /api/end?simulation=3."))
                 self.assertEqual(simulation.command("--end", "1"), (0, "ending"))
                 self.assertEqual(await browser.hear_all(), 1005)
                 self.assertEqual(browser.told[-1], "loading: Error: The operator has ended this simulation.")

@@ -129,7 +129,7 @@ def a_folder_for_logs_that_is_a_file(_):
     return {"logDir": "a_file"}
 
 
-@broken("simulation", told='key "logDir": nothing can be written to', finding=("logs", "fault", "is no folder"))
+@broken("simulation", told='key "logDir": nothing can be written to', finding=("logs", "warning", "is no folder"))
 def a_folder_for_logs_that_is_a_file_where_the_log_is_not_written(_):
     return {"logDir": "a_file", "debug": True}
 
@@ -149,6 +149,12 @@ def a_full_disk(trial):
 def a_disk_without_inodes(trial):
     mount_small_disk(trial, trial.new_folder("disk"), "200m,nr_inodes=20")
     return {"logDir": "disk"}
+
+
+@broken("simulation", told="XDG_CACHE_HOME: nothing can be written to", finding=("cache", "warning", "is no folder"))
+def a_folder_for_the_cache_that_is_a_file(trial):
+    trial.environment = {"XDG_CACHE_HOME": trial.file}
+    return {}
 
 
 @broken("simulation", told='key "projectsDir": there is no folder {folder}/nowhere: websites have no projects to start from', finding=REMARK)

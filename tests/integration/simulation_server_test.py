@@ -374,7 +374,7 @@ class Ends(unittest.IsolatedAsyncioTestCase):
                                    env={**os.environ, "XDG_STATE_HOME": os.path.dirname(first.state_folder())})
             self.assertIn(f"no simulation server on port {first.port}: ", again.stderr)
             self.assertIn("another simulation server uses it; is one running already?\n", again.stderr)
-            self.assertEqual(again.returncode, 1)  # systemd tries again, and then the other may have ended
+            self.assertEqual(again.returncode, 3)  # systemd tries again, and then the other may have ended
 
 
 class Operations(unittest.IsolatedAsyncioTestCase):

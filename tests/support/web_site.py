@@ -19,6 +19,7 @@ def web_site(page):
             pass
 
     site = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    site.handle_error = lambda *_: None  # of who hangs up
     threading.Thread(target=site.serve_forever, daemon=True).start()
     try:
         yield site.server_port

@@ -24,8 +24,9 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// The part of the world's URL that names a branch is ignored: a plain folder is what it is.
 std::unique_ptr<ProjectSource> make_directory_source(std::filesystem::path folder);
 
-/// Finds the worlds in the plain folders among the forges; servers are left out.
-std::unique_ptr<WorldFinder> make_world_finder(std::vector<ForgeConfig> forges);
+/// Finds the worlds in the plain folders among the forges; servers are left out, and what no address can
+/// name, as in a folder with a blank in its name: the log says so, once for each project.
+std::unique_ptr<WorldFinder> make_world_finder(std::vector<ForgeConfig> forges, Logger log = {});
 
 /// What all fetches of projects together may take: memory and disk. A fetch that does not fit waits, or is
 /// refused.

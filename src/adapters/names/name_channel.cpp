@@ -80,6 +80,16 @@ NamedAddresses addresses_of(ares_addrinfo const& found)
     return named;
 }
 
+/// There is nobody to ask. The servers are those of the configuration, which a program may have made.
+Failure unasked(std::string const& name, std::string const& servers)
+{
+    return {errc::unreachable,
+            concat("the name ", core::printable(name, 255), " can't be resolved: ",
+                   servers.empty()
+                       ? ::ares_strerror(ARES_ENOTINITIALIZED)
+                       : core::concat("expected numeric addresses of name servers, found ", servers))};
+}
+
 /// What c-ares brings back with an answer.
 template<class Answer>
 struct Asked
@@ -298,7 +308,7 @@ void NameChannel::ask_addresses(std::string const& name, bool sorted,
         return asked->tell(loopback());
     auto const& asking = library();
     if (!asking)
-        return asked->tell(unanswered(name, ARES_ENOTINITIALIZED));
+        return asked->tell(unasked(name, servers_));
     ares_addrinfo_hints hints{};
     hints.ai_family = AF_UNSPEC;
     hints.ai_socktype = SOCK_STREAM;
@@ -313,7 +323,7 @@ void NameChannel::ask_services(std::string const& name, std::function<void(resul
     auto asked = std::make_unique<Question>(Question{executor_, name, std::move(answer)});
     auto const& asking = library();
     if (!asking)
-        return asked->tell(unanswered(name, ARES_ENOTINITIALIZED));
+        return asked->tell(unasked(name, servers_));
     ::ares_search(asking->channel, name.c_str(), ns_c_in, ns_t_srv, take_services, asked.release());
     asking->wait_for_timeout();
 }

@@ -291,8 +291,7 @@ asio::awaitable<result<std::string>> ask(Protocol::endpoint where, std::string_v
                           "the server does not take it from this user, or from within a simulation");
     auto body = received.substr(response.head_size());
     if (response.status() != 200)
-        co_return Failure(errc::refused, concat("the server answered ", std::to_string(response.status()),
-                                                " ", core::printable(body)));
+        co_return Failure(errc::invalid_argument, core::printable(body));
     co_return body;
 }
 

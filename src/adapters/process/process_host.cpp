@@ -396,8 +396,10 @@ struct MakeGroup
 
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
 {
+    if (spec.argv.empty())
+        co_return Failure(errc::invalid_argument, "argv: wanted a program and its arguments");
     // What the guard can't execute would be known by its exit status alone: so it is said before.
-    for (auto const& program : {guard_.string(), spec.argv.at(0)})
+    for (auto const& program : {guard_.string(), spec.argv.front()})
         if (::access(program.c_str(), X_OK) != 0)
             co_return Failure(errc::start_failed,
                               concat(program, " can't be run: ",

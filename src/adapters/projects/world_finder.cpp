@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
+#include <set>
 
 namespace webots_cloud {
 namespace {
@@ -46,7 +48,14 @@ bool is_regular(fs::path const& file)
 class WorldSearch
 {
 public:
-    std::vector<FoundWorld> run(std::vector<ForgeConfig> const& forges)
+    /// What was found, and by its folder what is wrong with the name of a project.
+    struct Outcome
+    {
+        std::vector<FoundWorld> worlds;
+        std::map<std::string, std::string> unnameable;
+    };
+
+    Outcome run(std::vector<ForgeConfig> const& forges)
     {
         for (auto const& forge : forges) {
             forge_ = forge.url;
@@ -54,7 +63,7 @@ public:
                 for (auto const& repository : folders_in(owner, Links::followed))
                     search(repository, repository, 0);
         }
-        return std::move(found_);
+        return std::move(outcome_);
     }
 
 private:
@@ -107,7 +116,7 @@ private:
         if (!core::is_published(adapters::read_webots_yml(worlds.parent_path())))
             return;
         for (auto const& file : entries_of(worlds)) {
-            if (found_.size() < most_worlds && file.extension() == ".wbt" && is_regular(file))
+            if (outcome_.worlds.size() < most_worlds && file.extension() == ".wbt" && is_regular(file))
                 add(repository, file);
         }
     }
@@ -117,13 +126,19 @@ private:
         auto const beginning = first_bytes(file, core::world_info_bytes);
         if (beginning.empty())
             return;
-        auto info = core::world_info(beginning);
-        auto& found = found_.emplace_back();
-        found.forge = forge_;
-        found.world.url = concat(forge_, "/", repository.parent_path().filename().string(), "/",
-                                 repository.filename().string(), "/blob/main");
+        auto url = concat(forge_, "/", repository.parent_path().filename().string(), "/",
+                          repository.filename().string(), "/blob/main");
         for (auto const& part : file.lexically_relative(repository))
-            found.world.url += concat("/", core::percent_encode(part.string()));
+            url += concat("/", core::percent_encode(part.string()));
+        // Who lists a world promises that it can be started.
+        if (auto const named = parse_world_url(url, {ForgeAddress(forge_)}); !named) {
+            outcome_.unnameable.emplace(repository.string(), named.error().message());
+            return;
+        }
+        auto info = core::world_info(beginning);
+        auto& found = outcome_.worlds.emplace_back();
+        found.forge = forge_;
+        found.world.url = std::move(url);
         found.world.title = std::move(info.title);
         found.world.text = std::move(info.text);
         add_lesson(found.world, core::lesson_file(file.string()));
@@ -141,34 +156,42 @@ private:
     }
 
     std::string forge_;
-    std::vector<FoundWorld> found_;
+    Outcome outcome_;
     std::size_t seen_ = 0;
 };
 
 class PlainWorldFinder final : public WorldFinder
 {
 public:
-    explicit PlainWorldFinder(std::vector<ForgeConfig> forges)
-        : forges_(std::move(forges)), pool_(1, adapters::BlockingPool::Priority::background)
+    PlainWorldFinder(std::vector<ForgeConfig> forges, Logger log)
+        : forges_(std::move(forges)), log_(std::move(log)),
+          pool_(1, adapters::BlockingPool::Priority::background)
     {}
 
     asio::awaitable<std::vector<FoundWorld>> find() override
     {
         auto work = [forges = forges_] { return WorldSearch().run(forges); };
-        co_return co_await pool_.run(std::move(work));
+        auto outcome = co_await pool_.run(std::move(work));
+        for (auto const& [folder, why] : outcome.unnameable)
+            if (told_.size() < most_worlds && told_.insert(folder).second)
+                log_.warning(
+                    concat("The worlds in ", folder, " are not listed: ", why, ". Rename the folder."));
+        co_return std::move(outcome.worlds);
     }
 
 private:
     std::vector<ForgeConfig> forges_;
+    Logger log_;
+    std::set<std::string> told_;
     adapters::BlockingPool pool_;
 };
 
 } // namespace
 
-std::unique_ptr<WorldFinder> make_world_finder(std::vector<ForgeConfig> forges)
+std::unique_ptr<WorldFinder> make_world_finder(std::vector<ForgeConfig> forges, Logger log)
 {
     std::erase_if(forges, [](ForgeConfig const& forge) { return forge.is_server(); });
-    return std::make_unique<PlainWorldFinder>(std::move(forges));
+    return std::make_unique<PlainWorldFinder>(std::move(forges), std::move(log));
 }
 
 } // namespace webots_cloud

@@ -145,8 +145,12 @@ CheckWork check_folder(FolderUse use)
 {
     auto const reading = co_await folder_reading(use.folder);
     Findings findings;
-    if (reading)
-        findings.push_back(core::judge_folder(use.subject, use.key, *reading, use.wanted));
+    if (reading) {
+        auto& finding =
+            findings.emplace_back(core::judge_folder(use.subject, use.key, *reading, use.wanted));
+        if (!use.is_essential && !reading->problem.empty()) // the server does without, or uses another one
+            finding.verdict = core::Verdict::warning;
+    }
     co_return findings;
 }
 

@@ -1,5 +1,7 @@
 #include "config_keys.hpp"
 
+#include "core/text.hpp"
+
 namespace webots_cloud::core {
 
 std::string default_as_json(ConfigKey const& key)
@@ -14,6 +16,14 @@ std::string default_as_json(ConfigKey const& key)
 std::string_view default_in_words(ConfigKey const& key) noexcept
 {
     return key.absent.empty() ? "none" : key.absent;
+}
+
+std::string one_of(std::span<std::string_view const> choices)
+{
+    std::string text = "one of";
+    for (auto const choice : choices)
+        text += concat(choice == choices.front() ? " \"" : ", \"", choice, "\"");
+    return text;
 }
 
 ConfigKey const* find_key(std::span<ConfigTopic const> topics, std::string_view name) noexcept

@@ -76,6 +76,9 @@ struct ConfigKey
 std::string default_as_json(ConfigKey const& key);
 std::string_view default_in_words(ConfigKey const& key) noexcept;
 
+/// `one of "a", "b"`, as messages say it.
+std::string one_of(std::span<std::string_view const> choices);
+
 /// Keys that are about the same thing, as documents list them.
 struct ConfigTopic
 {

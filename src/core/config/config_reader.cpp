@@ -315,10 +315,7 @@ void ConfigReader::read_choice(std::string_view key, std::string& value)
         value = found->get_string();
         return;
     }
-    std::string wanted = "one of";
-    for (auto const choice : choices)
-        wanted += concat(choice == choices.front() ? " \"" : ", \"", choice, "\"");
-    refuse(key, wanted);
+    refuse(key, one_of(choices));
 }
 
 void ConfigReader::read_members(void const* tag, void* owner)

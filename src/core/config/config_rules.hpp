@@ -29,6 +29,12 @@ void check_network(ConfigReader& reader, std::uint16_t port, NetworkConfig const
 /// Who may use the server.
 void check_access(ConfigReader& reader, AccessConfig const& access);
 
+/// For a configuration that a program has made: its choices have to be some that a file could name, and
+/// `sandbox` and `docker` agree afterwards.
+///
+/// Errors: `invalid_config`.
+result<> complete_choices(SimulationConfig& config);
+
 /// What was read of the key "labels" of a simulation server.
 void check_labels(ConfigReader& reader, std::vector<std::string> const& labels);
 

@@ -467,4 +467,21 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     return configured;
 }
 
+result<> core::complete_choices(SimulationConfig& config)
+{
+    for (auto const& topic : simulation_topics())
+        for (auto const& key : topic.keys) {
+            auto const is_written = [written = key.value.as_json ? key.value.as_json(key, &config)
+                                                                 : ""](std::string_view choice) {
+                return written == concat("\"", choice, "\"");
+            };
+            if (key.value.type == KeyType::choice && std::ranges::none_of(key.choices, is_written))
+                return Failure(errc::invalid_config,
+                               concat("key \"", key.name, "\": expected ", one_of(key.choices), ", found ",
+                                      key.value.as_json(key, &config)));
+        }
+    config.docker = config.docker || config.sandbox == "docker";
+    return {};
+}
+
 } // namespace webots_cloud

@@ -60,6 +60,8 @@ result<> validate(LoadMonitorParams const& params)
 {
     if (params.interval <= Duration::zero() || params.timeout <= Duration::zero())
         return Failure(errc::invalid_argument, "the interval and the timeout of polls must be positive");
+    if (!std::isfinite(params.threshold) || params.threshold <= 0)
+        return Failure(errc::invalid_argument, "threshold: wanted a positive percentage");
     return {};
 }
 

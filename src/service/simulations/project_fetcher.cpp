@@ -10,6 +10,8 @@
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
+#include <exception>
+#include <functional>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -32,19 +34,27 @@ struct ProjectFetcher::Impl
         return addresses;
     }
 
-    /// By its base URL; `forge_of` and `parse` have made sure that there is one.
-    Forge const& forge_at(std::string const& url) const
+    /// By its base URL; null: there is none.
+    Forge const* forge_at(std::string const& url) const
     {
         auto const found = std::find_if(forges.begin(), forges.end(),
                                         [&](Forge const& forge) { return forge.address.url == url; });
-        return found == forges.end() ? forges.front() : *found;
+        return found == forges.end() ? nullptr : &*found;
     }
 
-    ProjectSource& source_of(ProjectRef const& project) const { return forge_at(project.forge).source; }
-
-    ProjectSource& source_of(Project const& project) const
+    /// Errors: `invalid_url` for a project of another forge, which neither `parse` nor `parse_folder` makes.
+    result<std::reference_wrapper<ProjectSource>> source_of(ProjectRef const& project) const
     {
-        return project.website ? *websites : source_of(project.ref);
+        if (auto const* forge = forge_at(project.forge))
+            return forge->source;
+        return Failure(errc::invalid_url, concat("no forge has the address \"", project.forge, "\""));
+    }
+
+    result<std::reference_wrapper<ProjectSource>> source_of(Project const& project) const
+    {
+        if (project.website)
+            return std::ref(*websites);
+        return source_of(project.ref);
     }
 
     /// `order` lacks its directory and limits.
@@ -65,14 +75,24 @@ struct ProjectFetcher::Impl
         project.ref = order.project;
         project.website = order.website;
 
-        // A fetch that is cancelled has to come back here, since the source may have left a part of the
-        // project.
+        // A fetch that is cancelled or throws has to come back here, since the source may have left a part of
+        // the project. One that succeeds although it was cancelled has no caller any more that would discard
+        // it. What the source makes of the state of cancellation is its own.
         co_await asio::this_coro::throw_if_cancelled(false);
-        auto fetched = co_await source.fetch(std::move(order));
-        if (!fetched) {
+        result<FetchedProject> fetched = Failure(asio::error::operation_aborted);
+        std::exception_ptr thrown;
+        try {
+            fetched = co_await async::isolated(source.fetch(std::move(order)));
+        } catch (...) {
+            thrown = std::current_exception();
+        }
+        bool const is_cancelled = co_await async::is_cancelled();
+        if (!fetched || thrown || is_cancelled) {
             co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
             co_await remove(source, directory);
-            co_return fetched.error();
+            if (thrown)
+                std::rethrow_exception(thrown);
+            co_return fetched ? Failure(asio::error::operation_aborted) : fetched.error();
         }
         // From here on the caller has the folder, and discards it.
         project.directory = directory;
@@ -113,7 +133,7 @@ result<Forge> ProjectFetcher::forge_of(std::string_view url) const
     auto const base = webots_cloud::forge_of(url, impl_->bases());
     if (!base)
         return base.error();
-    return impl_->forge_at(base->url);
+    return *impl_->forge_at(base->url);
 }
 
 result<ProjectRef> ProjectFetcher::parse(std::string_view url) const
@@ -129,11 +149,13 @@ result<ProjectRef> ProjectFetcher::parse_folder(std::string_view url) const
 asio::awaitable<result<std::vector<ListedWorld>>> ProjectFetcher::list_worlds(ProjectRef folder,
                                                                               FetchLimits limits)
 {
-    auto& source = impl_->source_of(folder);
+    auto const source = impl_->source_of(folder);
+    if (!source)
+        co_return source.error();
     FetchOrder order;
     order.project = std::move(folder);
     order.limits = limits;
-    auto listed = co_await source.list_worlds(std::move(order));
+    auto listed = co_await source->get().list_worlds(std::move(order));
     co_return listed;
 }
 
@@ -161,12 +183,14 @@ std::vector<std::uint32_t> ProjectFetcher::cached() const
 asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref,
                                                        std::shared_ptr<FetchProgress> progress)
 {
-    auto& source = impl_->source_of(ref);
+    auto const source = impl_->source_of(ref);
+    if (!source)
+        co_return source.error();
     auto world = ref.world;
     FetchOrder order;
     order.project = std::move(ref);
     order.progress = std::move(progress);
-    co_return co_await impl_->fetch(source, std::move(order), std::move(world));
+    co_return co_await impl_->fetch(*source, std::move(order), std::move(world));
 }
 
 asio::awaitable<result<Project>> ProjectFetcher::fetch(WebsiteProject website,
@@ -183,8 +207,10 @@ asio::awaitable<result<Project>> ProjectFetcher::fetch(WebsiteProject website,
 
 asio::awaitable<result<std::string>> ProjectFetcher::current_revision(ProjectRef project)
 {
-    auto& source = impl_->source_of(project);
-    return source.current_revision(std::move(project));
+    auto const source = impl_->source_of(project);
+    if (!source)
+        co_return source.error();
+    co_return co_await source->get().current_revision(std::move(project));
 }
 
 asio::awaitable<result<>> ProjectFetcher::restore(Project const& project, std::string file)
@@ -195,12 +221,16 @@ asio::awaitable<result<>> ProjectFetcher::restore(Project const& project, std::s
     order.directory = project.directory;
     order.root = project.root;
     order.file = std::move(file);
-    return impl_->source_of(project).restore(std::move(order));
+    auto const source = impl_->source_of(project);
+    if (!source)
+        co_return source.error();
+    co_return co_await source->get().restore(std::move(order));
 }
 
 asio::awaitable<void> ProjectFetcher::discard(Project project)
 {
-    co_await impl_->remove(impl_->source_of(project), std::move(project.directory));
+    if (auto const source = impl_->source_of(project))
+        co_await impl_->remove(*source, std::move(project.directory));
 }
 
 } // namespace webots_cloud

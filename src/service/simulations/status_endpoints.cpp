@@ -493,7 +493,8 @@ Answer StatusEndpoints::end_answer(IncomingRequest const& request)
 {
     auto const id = simulation_number(request.query);
     if (!id)
-        return HttpResponse(400, std::string(core::html_type), "Expected /api/end?simulation=<number>.");
+        return HttpResponse(400, std::string(core::html_type),
+                            "Expected the number of a simulation, as in /api/end?simulation=3.");
     auto const found = sessions_.find(*id);
     if (found == sessions_.end() || !found->second->end_by_operator())
         return HttpResponse(410, std::string(core::html_type),

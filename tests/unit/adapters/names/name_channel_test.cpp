@@ -144,6 +144,15 @@ BOOST_AUTO_TEST_CASE(a_name_that_is_too_long_is_refused_without_asking)
     BOOST_TEST(unknown.error().message().starts_with("the name xxx"));
 }
 
+BOOST_AUTO_TEST_CASE(what_is_no_address_of_a_server_is_named)
+{
+    auto const nothing = Asking("rubbish").addresses("site.test");
+    BOOST_TEST_REQUIRE(!nothing.has_value());
+    BOOST_TEST(nothing.error().message() ==
+               "the name site.test can't be resolved: expected numeric addresses "
+               "of name servers, found rubbish");
+}
+
 BOOST_AUTO_TEST_CASE(a_server_that_is_not_there_is_no_answer)
 {
     auto const nothing = Asking("127.0.0.1:1").services("_webots._tcp.site.test");

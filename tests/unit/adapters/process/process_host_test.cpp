@@ -185,6 +185,11 @@ BOOST_AUTO_TEST_CASE(without_a_directory_it_is_ours)
     BOOST_TEST(watch_shell("pwd -P").output == fs::canonical(fs::current_path()).string() + "\n");
 }
 
+BOOST_AUTO_TEST_CASE(nothing_is_no_program)
+{
+    BOOST_TEST((start({}).error() == errc::invalid_argument));
+}
+
 BOOST_AUTO_TEST_CASE(relative_paths_of_programs_start_at_our_directory_not_at_theirs)
 {
     host = make_process_host(context.get_executor(), fs::relative(PROCESS_GUARD));

@@ -2,6 +2,7 @@
 #include "unit_test.hpp"
 
 #include <webots_cloud/adapters.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
@@ -36,12 +37,18 @@ struct WorldFolder : ScratchFolder
     {
         std::vector<ForgeConfig> forges{ForgeConfig("https://github.com"), ForgeConfig("local:")};
         forges.back().directory = folder;
-        auto const finder = make_world_finder(forges);
-        asio::io_context context;
-        auto found = asio::co_spawn(context, finder->find(), asio::use_future);
-        context.run();
-        return found.get();
+        auto const finder = make_world_finder(forges, log.logger());
+        std::vector<FoundWorld> found;
+        for (int looks = 0; looks < 2; ++looks) {
+            asio::io_context context;
+            auto finding = asio::co_spawn(context, finder->find(), asio::use_future);
+            context.run();
+            found = finding.get();
+        }
+        return found;
     }
+
+    mutable testing::RecordingLog log;
 
     std::vector<std::string> addresses() const
     {
@@ -131,6 +138,19 @@ BOOST_FIXTURE_TEST_CASE(links_of_the_operator_are_followed_and_those_in_projects
     fs::create_symlink(folder / "elsewhere/worlds/a.wbt", folder / "o/own/worlds/a.wbt");
     BOOST_TEST(addresses() == FoundAddresses{"local:/o/linked/blob/main/worlds/a.wbt"},
                boost::test_tools::per_element());
+}
+
+BOOST_FIXTURE_TEST_CASE(what_no_address_can_name_is_left_out_and_told_once, WorldFolder)
+{
+    write("o/my class/worlds/a.wbt");
+    write("o/my class/worlds/b.wbt");
+    write("o/r/worlds/a world.wbt");
+    BOOST_TEST(addresses() == FoundAddresses{"local:/o/r/blob/main/worlds/a%20world.wbt"},
+               boost::test_tools::per_element());
+    BOOST_TEST_REQUIRE(log.lines.size() == 1u);
+    BOOST_TEST(
+        log.contains("my class are not listed: Wrong Webots simulation URL: \"my class\" is no name of a "
+                     "repository. Rename the folder."));
 }
 
 BOOST_FIXTURE_TEST_CASE(a_folder_that_is_not_there_has_no_worlds, WorldFolder)

@@ -1,3 +1,4 @@
+#include "core/config/config_rules.hpp"
 #include "core/text.hpp"
 #include "unit_test.hpp"
 
@@ -496,6 +497,26 @@ BOOST_AUTO_TEST_CASE(what_leaves_no_ports_for_simulations_or_editors_is_refused)
          {R"("docker":true,"port":65034)", ""},
          {R"("docker":true,"port":65035)", of_editors},
          {R"("sandbox":"docker","port":65035)", of_editors}});
+}
+
+// A program that embeds a server fills in members, which no reader has seen.
+BOOST_AUTO_TEST_CASE(choices_of_a_program_are_those_of_a_file)
+{
+    SimulationConfig config;
+    BOOST_TEST(core::complete_choices(config).has_value());
+    BOOST_TEST(!config.docker);
+    config.sandbox = "docker";
+    BOOST_TEST(core::complete_choices(config).has_value());
+    BOOST_TEST(config.docker);
+    config = SimulationConfig();
+    config.network_reach = "nothing";
+    auto const refused = core::complete_choices(config);
+    BOOST_TEST((refused.error() == errc::invalid_config));
+    BOOST_TEST(refused.error().message() ==
+               "key \"network\": expected one of \"internet\", \"none\", \"host\", found \"nothing\"");
+    config = SimulationConfig();
+    config.sandbox.clear();
+    BOOST_TEST(core::complete_choices(config).error().message().find("key \"sandbox\"") == 0u);
 }
 
 BOOST_AUTO_TEST_CASE(what_jobs_of_slurm_can_not_be_is_refused)

@@ -8,6 +8,8 @@
 #include <webots_cloud/testing/scripted_http.hpp>
 #include <webots_cloud/testing/world.hpp>
 
+#include <limits>
+
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
@@ -409,6 +411,11 @@ BOOST_AUTO_TEST_CASE(it_is_not_made_with_unusable_parameters)
     params = LoadMonitorParams();
     params.timeout = -1s;
     BOOST_TEST((LoadMonitor::make(params, http, world.clock).error() == errc::invalid_argument));
+    params = LoadMonitorParams();
+    for (auto const threshold : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+        params.threshold = threshold;
+        BOOST_TEST((LoadMonitor::make(params, http, world.clock).error() == errc::invalid_argument));
+    }
     BOOST_TEST(http.requests().empty());
 }
 

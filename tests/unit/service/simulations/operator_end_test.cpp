@@ -152,7 +152,7 @@ BOOST_AUTO_TEST_CASE(only_the_operator_ends_simulations_and_only_by_a_request_th
           "simulation= 1", "simulation=99999999999999999999", "1", "simulation=1&simulation=2"}) {
         auto const answer = fixture.end(query);
         BOOST_TEST(answer.status == 400, query);
-        BOOST_TEST(answer.text() == "Expected /api/end?simulation=<number>.");
+        BOOST_TEST(answer.text() == "Expected the number of a simulation, as in /api/end?simulation=3.");
     }
     BOOST_TEST(fixture.end("simulation=2").status == 410);
     BOOST_TEST(!browser.close_code.has_value());

@@ -30,7 +30,10 @@ public:
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
     {
         orders.push_back(order);
-        return projects.fetch(std::move(order));
+        auto fetched = co_await projects.fetch(std::move(order));
+        if (throws)
+            throw std::runtime_error("a source's own mistake");
+        co_return fetched;
     }
 
     asio::awaitable<result<>> restore(RestoreOrder order) override
@@ -56,6 +59,7 @@ public:
     std::vector<RestoreOrder> restores;
     Duration removal{};   ///< How long removing a directory takes.
     std::string obstacle; ///< Why removing one fails; empty: it succeeds.
+    bool throws = false;  ///< When a fetch has left its files.
 
 private:
     Clock& clock_;
@@ -325,7 +329,8 @@ BOOST_AUTO_TEST_CASE(whoever_has_fetched_can_be_cancelled_and_throws_as_before)
     }
 }
 
-BOOST_AUTO_TEST_CASE(a_project_that_arrives_although_its_fetch_was_cancelled_is_handed_over_not_lost)
+// Whoever cancels it, as `fetch(…) || wait`, gets nothing that could be discarded.
+BOOST_AUTO_TEST_CASE(a_project_that_arrives_although_its_fetch_was_cancelled_is_discarded)
 {
     Fixture fixture;
     fixture.github.projects.delay = 10s;
@@ -337,8 +342,30 @@ BOOST_AUTO_TEST_CASE(a_project_that_arrives_although_its_fetch_was_cancelled_is_
     async::TaskGroup::cancel(task);
     fixture.world.advance(5s);
     BOOST_TEST_REQUIRE(fetched.has_value());
-    BOOST_TEST_REQUIRE(fetched->has_value());
-    fixture.discard(*fetched);
+    BOOST_TEST_REQUIRE(!fetched->has_value());
+    BOOST_TEST((fetched->error().code() == asio::error::operation_aborted));
+    BOOST_TEST(fixture.github.projects.directories().empty());
+}
+
+BOOST_AUTO_TEST_CASE(what_a_source_has_left_that_throws_is_discarded)
+{
+    Fixture fixture;
+    fixture.github.throws = true;
+    BOOST_CHECK_THROW(fixture.fetch(), std::runtime_error);
+    BOOST_TEST(fixture.github.projects.directories().empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_project_of_a_forge_that_there_is_not_is_refused)
+{
+    Fixture fixture;
+    auto ref = fixture.parse("https://github.com/o/r/blob/main/worlds/a.wbt");
+    ref.forge = "https://elsewhere.org";
+    auto const fetched = fixture.world.run(fixture.fetcher.fetch(ref, std::make_shared<FetchProgress>()));
+    BOOST_TEST((fetched.error() == errc::invalid_url));
+    BOOST_TEST(fetched.error().message() == "no forge has the address \"https://elsewhere.org\"");
+    BOOST_TEST((fixture.world.run(fixture.fetcher.current_revision(ref)).error() == errc::invalid_url));
+    BOOST_TEST(
+        (fixture.world.run(fixture.fetcher.list_worlds(ref, FetchLimits())).error() == errc::invalid_url));
 }
 
 BOOST_AUTO_TEST_CASE(a_directory_that_can_not_be_removed_is_told_to_the_operator_and_hides_no_reason)
