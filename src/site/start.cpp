@@ -189,8 +189,9 @@ Failure gave_up(Settings const& settings, std::string const& sentence)
 Failure ended_at_once(Settings const& settings)
 {
     auto const reason = reason_of_end(settings.kind);
-    return gave_up(settings, concat("The ", called(settings.kind), " ended at once",
-                                    reason.empty() ? "." : concat(": ", reason, ".")));
+    return gave_up(settings,
+                   concat("The ", called(settings.kind), " ended at once",
+                          reason.empty() ? "." : concat(": ", reason, reason.ends_with('?') ? "" : ".")));
 }
 
 result<> await_answer(Settings const& settings, Process const& process)
