@@ -359,11 +359,24 @@ void SessionService::stopping()
     impl_->gallery.stop();
 }
 
+namespace {
+
+/// A transport has to ask `respond` first, which accepts no such WebSocket.
+asio::awaitable<void> close_unasked(Channel& channel)
+{
+    channel.close(1008);
+    co_return;
+}
+
+} // namespace
+
 /// Not a coroutine itself, as its frame would cost memory for every browser that waits.
 asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel& channel)
 {
     if (info.path == "/monitor")
         return impl_->monitor.serve(channel);
+    if (info.path == "/client" && !impl_->sessions.relays())
+        return close_unasked(channel);
     if (info.path == "/client")
         return impl_->relay.serve(std::move(info), channel);
     if (info.path == "/session")

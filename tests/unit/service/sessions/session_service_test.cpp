@@ -153,6 +153,15 @@ std::string content_type(HttpResponse const& response)
 
 } // namespace
 
+BOOST_AUTO_TEST_CASE(a_browser_that_would_not_be_accepted_is_closed)
+{
+    Fixture fixture;
+    BOOST_TEST(!fixture.upgrades("/client"));
+    testing::LoopbackChannel browser(fixture.world.executor());
+    fixture.connect(browser, "/client"); // by a transport that has not asked
+    BOOST_TEST(browser.close_code.value() == 1008);
+}
+
 BOOST_AUTO_TEST_CASE(session_answers_the_address_of_the_least_loaded_server_with_cors)
 {
     Fixture fixture;
