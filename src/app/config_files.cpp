@@ -86,7 +86,7 @@ result<> check_templates(SimulationConfig const& config, fs::path const& origin)
         if (!fs::exists(config.containers.directory / name, ignored))
             return Failure(
                 errc::invalid_config,
-                concat(origin.string(), ": key \"docker\": no simulation can start, since there is no ", name,
+                concat(place_of(origin, "docker"), ": no simulation can start, since there is no ", name,
                        " in ", fs::absolute(config.containers.directory, ignored).string(),
                        ". Set \"dockerDir\" to the folder of the templates, as config/simulation/docker"));
     return {};
@@ -100,7 +100,7 @@ void warn_of_missing_system_calls(Configured<SimulationConfig>& configured, fs::
     auto const file = config.containers.directory / core::system_calls_template;
     if (config.docker && !fs::exists(file, ignored))
         configured.warnings.push_back(concat(
-            origin.string(), ": key \"docker\": there is no ", core::system_calls_template, " in ",
+            place_of(origin, "docker"), ": there is no ", core::system_calls_template, " in ",
             fs::absolute(config.containers.directory, ignored).string(),
             ". Simulations may use the system calls that Docker allows: with older releases sockets to "
             "the host of a virtual machine are among them. Copy it from config/simulation/docker"));
@@ -113,7 +113,11 @@ result<> check_webots(SimulationConfig const& config, fs::path const& origin)
         return {};
     auto const checked = core::check_webots_home(absolute_path(config.webots_home),
                                                  absolute_path(environment("WEBOTS_HOME")), is_program);
-    return checked ? checked : result<>(checked.error().within(origin.string()));
+    if (checked)
+        return checked;
+    auto const place = config.webots_home.empty() ? concat(origin.string(), ": ", core::webots_home_variable)
+                                                  : place_of(origin, "webotsHome");
+    return checked.error().within(place);
 }
 
 void warn_of_challenges(std::vector<std::string>& warnings, NetworkConfig const& network,
@@ -122,7 +126,7 @@ void warn_of_challenges(std::vector<std::string>& warnings, NetworkConfig const&
     std::error_code ignored;
     auto const& folder = network.challenge_folder;
     if (!folder.empty() && !fs::is_directory(folder, ignored))
-        warnings.push_back(concat(origin.string(), ": key \"challengeFolder\": there is no folder ",
+        warnings.push_back(concat(place_of(origin, "challengeFolder"), ": there is no folder ",
                                   fs::absolute(folder, ignored).string(),
                                   ": certbot can't prove that this host is yours until there is"));
 }
@@ -212,7 +216,7 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
     std::error_code ignored;
     for (auto const& forge : configured.config.forges)
         if (!forge.is_server() && !fs::is_directory(forge.directory, ignored))
-            configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
+            configured.warnings.push_back(concat(place_of(origin, "forges"), ": there is no folder ",
                                                  fs::absolute(forge.directory, ignored).string(),
                                                  ": no world of ", forge.url, " can be fetched"));
     auto const& templates = configured.config.websites.projects;

@@ -146,8 +146,7 @@ CheckWork check_folder(FolderUse use)
     auto const reading = co_await folder_reading(use.folder);
     Findings findings;
     if (reading) {
-        auto& finding =
-            findings.emplace_back(core::judge_folder(use.subject, use.key, *reading, use.wanted));
+        auto& finding = findings.emplace_back(core::judge_folder(use.subject, use.key, *reading, use.wanted));
         if (!use.is_essential && !reading->problem.empty()) // the server does without, or uses another one
             finding.verdict = core::Verdict::warning;
     }

@@ -439,6 +439,11 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     check_controllers(*reader, config);
     if (auto const failure = reader->failure())
         return *failure;
+    if (config.launching.timeout < std::chrono::seconds(360)) {
+        config.launching.timeout =
+            std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it
+        reader->warn("timeout", "less than 360 counts as 7200");
+    }
     configured.warnings = reader->warnings();
     if (!reader->has("server") && !reader->has("fullyQualifiedDomainName"))
         configured.warnings.push_back(
@@ -457,12 +462,6 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
                     configured.warnings);
     warn_of_foreign("blockedRepositories", config.service.repositories.blocked, config, origin,
                     configured.warnings);
-    if (config.launching.timeout < std::chrono::seconds(360)) {
-        config.launching.timeout =
-            std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it
-        configured.warnings.push_back(
-            concat(origin.string(), ": key \"timeout\": less than 360 counts as 7200"));
-    }
     make_printable(configured.warnings);
     return configured;
 }
@@ -471,14 +470,14 @@ result<> core::complete_choices(SimulationConfig& config)
 {
     for (auto const& topic : simulation_topics())
         for (auto const& key : topic.keys) {
-            auto const is_written = [written = key.value.as_json ? key.value.as_json(key, &config)
-                                                                 : ""](std::string_view choice) {
-                return written == concat("\"", choice, "\"");
-            };
-            if (key.value.type == KeyType::choice && std::ranges::none_of(key.choices, is_written))
+            if (key.value.type != KeyType::choice)
+                continue;
+            auto const found = key.value.as_json(key, &config);
+            auto const is_found = [&](auto choice) { return found == concat("\"", choice, "\""); };
+            if (std::ranges::none_of(key.choices, is_found))
                 return Failure(errc::invalid_config,
                                concat("key \"", key.name, "\": expected ", one_of(key.choices), ", found ",
-                                      key.value.as_json(key, &config)));
+                                      found.empty() ? "no text" : found));
         }
     config.docker = config.docker || config.sandbox == "docker";
     return {};

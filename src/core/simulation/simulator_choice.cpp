@@ -22,8 +22,7 @@ result<> check_webots_home(fs::path const& configured_home, fs::path const& envi
     if (home.empty() || is_program(home / "webots"))
         return {};
     return Failure(errc::invalid_config,
-                   concat(is_configured ? "key \"webotsHome\"" : "WEBOTS_HOME of the environment", ": ",
-                          (home / "webots").string(),
+                   concat((home / "webots").string(),
                           " is missing or not executable. Name the folder of Webots that has it, or ",
                           is_configured ? "remove the key" : "unset it",
                           ": then Webots is looked for in its usual places"));
@@ -33,7 +32,7 @@ result<SimulatorChoice> choose_simulator(fs::path const& configured_home, fs::pa
                                          fs::path const& our_programs, IsProgram const& is_program)
 {
     if (auto const checked = check_webots_home(configured_home, environment_home, is_program); !checked)
-        return checked.error();
+        return checked.error().within(configured_home.empty() ? webots_home_variable : "key \"webotsHome\"");
     SimulatorChoice choice;
     if (auto const& home = configured_home.empty() ? environment_home : configured_home; !home.empty()) {
         choice.program = home / "webots";

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace webots_cloud::core {
 
@@ -21,8 +22,11 @@ struct SimulatorChoice
 /// Tells whether a path can be run.
 using IsProgram = std::function<bool(std::filesystem::path const&)>;
 
+/// Who has named a home that no key names.
+inline constexpr std::string_view webots_home_variable = "WEBOTS_HOME of the environment";
+
 /// Whether Webots is where the operator says: in the configured home, or else in `WEBOTS_HOME`. Empty ones
-/// say nothing.
+/// say nothing. The failure does not say which of the two it was.
 ///
 /// Who names a Webots wants that one: running another, or the demo simulator, would be found out by the
 /// browsers. Errors: `invalid_config`.
