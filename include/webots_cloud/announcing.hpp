@@ -20,7 +20,7 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// Announces a machine to every session server each ten seconds, and says goodbye when it ends. What fails
 /// costs a log line, and is tried again ten seconds later.
 ///
-/// Lifetime: `http` and `clock` must outlive `run()`.
+/// Lifetime: `http` and `clock` must outlive it, and it its operations: await their end before it goes.
 /// Thread-safety: one executor.
 class Announcing
 {

@@ -28,8 +28,10 @@ struct AccessConfig
     AccessConfig() = default;
 
     std::vector<std::string> host_names; ///< `hostNames`: what this machine is called besides `server`.
-    /// `allowedOrigins`: sites whose pages may open WebSockets, as in `core::is_origin_pattern`. Absent: on
-    /// a public site all pages; otherwise our own, those of this machine and of https://webots.cloud.
+    /// `allowedOrigins`: sites whose pages may open WebSockets: `https://example.org`, `http://pc7:8080`,
+    /// with all sites below `https://*.example.org`, pages without a site (from disk) `null`, all pages `*`.
+    /// Absent: on a public site all pages; otherwise our own, those of this machine and of
+    /// https://webots.cloud.
     std::optional<std::vector<std::string>> allowed_origins;
     /// `frameAncestors`: sites whose pages may show ours in a frame. Absent: those of `allowedOrigins`.
     std::optional<std::vector<std::string>> frame_ancestors;
@@ -228,16 +230,20 @@ struct DockerConfig
     bool operator==(DockerConfig const&) const = default;
 };
 
-/// What one simulation may use; 0: as much as it likes. Absent: see `core::simulation_limits`.
+/// What one simulation may use; 0: as much as it likes.
 struct LimitsConfig
 {
     LimitsConfig() = default;
 
-    std::optional<std::uint64_t> memory;    ///< `simulationMemory`, in megabytes.
-    double processors = 0;                  ///< `simulationCpus`.
-    std::optional<std::uint64_t> processes; ///< `simulationProcesses`; threads count as well.
-    std::uint64_t files = 4096;             ///< `simulationFiles`: that each of its processes may have open.
-    std::uint64_t disk = std::uint64_t{4} << 30; ///< `simulationDisk`, in megabytes: its folder.
+    /// `simulationMemory`, in bytes (megabytes in the file). Absent: a quarter of the machine's memory, but
+    /// at least 2 GiB and at most 16 GiB.
+    std::optional<std::uint64_t> memory;
+    double processors = 0; ///< `simulationCpus`.
+    /// `simulationProcesses`; threads count as well. Absent: 1024, and 64 more for each processor.
+    std::optional<std::uint64_t> processes;
+    std::uint64_t files = 4096; ///< `simulationFiles`: that each of its processes may have open.
+    /// `simulationDisk`, in bytes (megabytes in the file): its folder.
+    std::uint64_t disk = std::uint64_t{4} << 30;
 
     bool operator==(LimitsConfig const&) const = default;
 };

@@ -80,7 +80,8 @@ struct LaunchPlan
 
 /// Docker on this machine. A live object: await `run()` as long as it is used.
 ///
-/// Lifetime: everything passed by reference must outlive it.
+/// Lifetime: everything passed by reference must outlive it, and it its operations: await their end before
+/// it goes.
 /// Thread-safety: one executor.
 class DockerMode
 {

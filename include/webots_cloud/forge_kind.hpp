@@ -1,6 +1,5 @@
 // What is known of forges before one of them is asked. A kind of forge is a value of ForgeKind and a row of
-// `forge_kinds`; app/project_sources chooses who gets its projects. docs/recipes.md ("Another source of
-// projects") lists the rest.
+// `forge_kinds`. To add one to the library: docs/recipes.md ("Another source of projects").
 #pragma once
 
 #include <webots_cloud/export.hpp>
@@ -45,8 +44,8 @@ inline constexpr std::array forge_kinds{
 /// Of the forges that everybody knows; `unknown` of others.
 ForgeKind kind_of_forge(std::string_view url) noexcept;
 
-/// What a source makes of the `<ref>` in the address of a world. "blockedRepositories" has to know it
-/// (core/projects/repository_policy): what a rule names by one ref must not run under another.
+/// What a source makes of the `<ref>` in the address of a world. `RepositoryRules::blocked` depends on it:
+/// what a rule names by one ref must not run under another.
 enum class RefMeaning
 {
     git,    ///< A branch, a tag or a commit of git.

@@ -25,7 +25,8 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 ///
 /// First polls start at once; later ones are spread over the interval. Nothing is polled until `run()` is
 /// awaited. What is known of the servers is kept here alone: others look at `servers()` and `totals()`.
-/// Lifetime: `http`, `clock` must outlive the monitor.
+/// Lifetime: `http` and `clock` must outlive the monitor, and the monitor its operations: await their end
+/// before it goes.
 /// Thread-safety: one executor.
 class LoadMonitor
 {
@@ -33,7 +34,7 @@ public:
     /// With the default parameters.
     LoadMonitor(HttpClient& http, Clock& clock);
 
-    /// Errors: `invalid_argument`: an interval or a timeout that is not positive.
+    /// Errors: `invalid_argument`: an interval, a timeout or a threshold that is not positive.
     static result<LoadMonitor> make(LoadMonitorParams params, HttpClient& http, Clock& clock);
 
     ~LoadMonitor();

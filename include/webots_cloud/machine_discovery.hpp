@@ -46,7 +46,8 @@ struct MachineDiscoveryHooks
 /// Looks names up again and again, and listens to announcements (docs/discovery.md).
 ///
 /// The machines change in `run`, which looks after them once a second.
-/// Lifetime: everything passed by reference must outlive it.
+/// Lifetime: everything passed by reference must outlive it, and it its operations: await their end before
+/// it goes.
 /// Thread-safety: one executor.
 class MachineDiscovery
 {

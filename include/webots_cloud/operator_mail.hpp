@@ -36,7 +36,7 @@ struct OperatorMailStatistics
 /// email to <administrator>: <reason>`, until it fails for another reason. What can't be delivered in the end
 /// is written to the log. Nothing is sent until `run()` is awaited; changes may be noted before.
 ///
-/// Lifetime: `notifier` and `clock` must outlive it.
+/// Lifetime: `notifier` and `clock` must outlive it, and it its operations: await their end before it goes.
 /// Thread-safety: one executor.
 class OperatorMail
 {

@@ -33,7 +33,8 @@ struct ProjectFetcherParams
 {
     ProjectFetcherParams() = default;
 
-    /// The existing folder for instance directories, which no other server uses (see `InstanceRoot`).
+    /// An existing folder for instance directories, which are called `1`, `2` and so on: empty at first, and
+    /// of this fetcher alone. No other user should be able to write to it.
     std::filesystem::path instances;
     FetchLimits limits;
 };
@@ -58,7 +59,8 @@ struct Project
 /// Fetches projects into instance directories. Each source limits how many it fetches at a time, so that a
 /// slow server delays only its own projects.
 ///
-/// Lifetime: the sources must outlive the fetcher, and the fetcher its operations.
+/// Lifetime: the sources must outlive the fetcher, and the fetcher its operations: await their end before it
+/// goes.
 /// Thread-safety: one executor.
 class ProjectFetcher
 {
@@ -95,8 +97,10 @@ public:
 
     /// Fetches a project into a new directory. The source checks that the world is there.
     ///
-    /// Cancellation: terminal; completes when nothing of it is left on disk.
-    /// Errors: as `ProjectSource::fetch`; `invalid_url` for a project of none of the forges.
+    /// Cancellation: terminal; completes when nothing of it is left on disk. A project that arrives all the
+    /// same, once cancelled, is removed, too.
+    /// Errors: as `ProjectSource::fetch`; `invalid_url` for a project of none of the forges. What a source
+    /// throws passes through when its directory has been removed.
     boost::asio::awaitable<result<Project>> fetch(ProjectRef project,
                                                   std::shared_ptr<FetchProgress> progress);
 

@@ -33,7 +33,8 @@ struct SchedulerParams
 
     /// `scheduling`: one of those that `scheduling_policy` knows.
     std::string policy = "least_committed";
-    /// Your own policy; where set, `policy` is only its name in explanations.
+    /// Your own policy; where set, `policy` is only its name in explanations. What it throws passes through
+    /// place() and replay(); no session is placed then.
     SchedulingPolicy custom;
 
     /// Percent, default 95, positive: a machine of that load, reported or committed, is not offered.
@@ -173,9 +174,9 @@ public:
     /// see `mark_unreachable`. False: it is not in the list.
     bool report(std::string_view server, LoadReport const& report, TimePoint now);
 
-    /// A poll of a machine failed: it is not offered until its next report. Your own poller says so here, or
-    /// the machine is offered until its last report is older than `report_lifetime`. False: it is not in the
-    /// list.
+    /// A poll of a machine failed: it is not offered until its next report, being `Refusal::lost`, or still
+    /// `unknown` if it has never reported. Your own poller says so here, or the machine is offered until its
+    /// last report is older than `report_lifetime`. False: it is not in the list.
     bool mark_unreachable(std::string_view server, TimePoint now);
 
     /// What a LoadMonitor found, with LoadMonitor::next_events: report(), or mark_unreachable() where the
@@ -195,7 +196,8 @@ public:
     ///
     /// Errors: as place(now), but for held seats where they are for it; `errc::too_large`, see
     /// `PlacementRequest::must_fit`; `errc::refused`, with a sentence for people, when no machine of the list
-    /// has the labels, so that waiting would not help; `errc::invalid_argument` for malformed labels.
+    /// has the labels, so that waiting would not help: `errc::unavailable` as long as the list is empty, or
+    /// one of its machines has never reported; `errc::invalid_argument` for malformed labels.
     result<Placement> place(PlacementRequest const& request, TimePoint now);
 
     /// Whom to ask for a report before this session is placed, the best machine first: of the three best

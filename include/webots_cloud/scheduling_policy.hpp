@@ -18,8 +18,8 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 enum class Refusal : std::uint8_t
 {
     none,      ///< It is offered.
-    unknown,   ///< It has not reported yet.
-    lost,      ///< Its last poll failed.
+    unknown,   ///< It has never reported, whether or not polls of it have failed.
+    lost,      ///< It has reported, but its last poll failed.
     stale,     ///< Its last report is older than `report_lifetime`.
     draining,  ///< It says so itself, or the operator does.
     full,      ///< Its sessions reach its `capacity`.

@@ -27,7 +27,13 @@ using Reload = std::function<result<Configured<Config>>()>;
 ///
 /// SIGHUP applies the keys that docs/configuration.md marks so; browsers stay connected.
 ///
-/// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
+/// Errors: `operation_aborted` when cancelled. Of a start that fails:
+/// - `unavailable`: a port is in use, or this machine does not have `listen_address` now;
+/// - `invalid_config`: a file is missing or can't be used that the configuration needs (a certificate,
+///   `session_secret`, the operator's token, the teachers' password), or an entry of `trusted_proxies`; or
+///   mails are configured, and there is no libcurl;
+/// - `invalid_argument`: `listen_address` is no numeric address, a port is one that we may not open, a number
+///   or a policy makes no sense, or the name of the mail server or an address does not.
 /// Thread-safety: one executor, on one thread.
 boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor executor, SessionConfig config,
                                                 Reload<SessionConfig> reload, Logger log);
@@ -44,7 +50,15 @@ boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor exe
 /// that such a server needs (Landlock, where the kernel has it), and mount and execute nothing, until the
 /// program ends. Empty: the thread stays as it is.
 ///
-/// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.
+/// Errors: as `serve_sessions`. Of a start that fails, also:
+/// - `not_found`: there is neither Webots nor the demo simulator; or no docker, compose or Slurm, where the
+///   configuration wants that;
+/// - `invalid_config`: no Webots is in `webots_home`; `sandbox` or `network_reach` has an unknown value;
+/// - `start_failed`: `programs` lacks `webots-process-guard`, or the sandbox, the display or the
+///   `simulation_user` that is asked for by name does not work here; nor does a user that does not exist;
+/// - `unavailable`: another simulation server with this port uses `state_dir`; docker or Slurm do not answer;
+/// - `invalid_argument`: others could change what is in `state_dir`;
+/// - codes of the system: `state_dir` can't be used, as on a full disk.
 boost::asio::awaitable<result<>> serve_simulations(boost::asio::any_io_executor executor,
                                                    SimulationConfig config, Reload<SimulationConfig> reload,
                                                    std::filesystem::path programs, Logger log,

@@ -42,7 +42,8 @@ struct SessionServiceHooks
     /// Where the other machines of our networks find this one, for teachers whose page is open as localhost,
     /// which nobody else can open. Empty: they are told of none.
     std::function<std::vector<std::string>()> shared_addresses;
-    /// To simulation servers, for `SessionServiceConfig::relay`. Must outlive the service.
+    /// To simulation servers, for `SessionServiceConfig::relay` and for what they keep ready for classes.
+    /// Must outlive the service. Null: nothing is relayed, whatever `relay` says, and nothing kept ready.
     WebSocketClient* websockets = nullptr;
     /// Asks simulation servers which worlds they have, for the gallery. Must outlive the service. Null: it
     /// shows what the configuration says.
@@ -65,7 +66,8 @@ struct SessionServiceHooks
 /// awaited, reports are passed from the monitor to the scheduler, and changes of availability to the
 /// browsers.
 ///
-/// Lifetime: everything passed by reference must outlive the service.
+/// Lifetime: everything passed by reference must outlive the service, and the service its operations:
+/// await their end before it goes.
 /// Thread-safety: one executor.
 class SessionService final : public Endpoint, public ControllerDoor
 {

@@ -185,6 +185,8 @@ struct Compilation
 };
 
 /// A started simulator. Destroying it kills what still runs, and returns its port to the pool.
+///
+/// Lifetime: must outlive its operations, but for those that say otherwise: await their end before it goes.
 class Simulation
 {
 public:
@@ -245,7 +247,8 @@ public:
 
 /// Starts simulators on ports of its own.
 ///
-/// Lifetime: everything passed by reference must outlive the launcher, and the launcher its simulations.
+/// Lifetime: everything passed by reference must outlive the launcher, and the launcher its simulations and
+/// its operations: await their end before it goes.
 /// Thread-safety: one executor.
 class SimulationLauncher
 {
@@ -258,6 +261,8 @@ public:
 
     /// Starts a simulator.
     ///
+    /// Cancellation: terminal while a container is prepared, as by pulling its image. The start itself is not
+    /// interrupted: a caller that was cancelled may get a simulation all the same.
     /// Errors: `unavailable` (every port is taken), `invalid_argument` (mode), `start_failed`, and those of
     /// `DockerMode::prepare`; the detail is a sentence for the browser.
     boost::asio::awaitable<result<std::unique_ptr<Simulation>>> launch(LaunchSpec spec);

@@ -40,6 +40,8 @@ struct ControllerServerParams
 
 /// Passes connections of controllers on to simulators. Of what they say it reads the greeting and the
 /// simulator's answer to that, nothing else.
+///
+/// Lifetime: must outlive its operations: await their end before it goes.
 class ControllerServer
 {
 public:
@@ -47,7 +49,7 @@ public:
 
     /// Opens the port.
     ///
-    /// Errors: `unavailable`, naming the port; `invalid_argument`: the address.
+    /// Errors: as `HttpServer::listen`, but for `invalid_config`.
     virtual result<> listen() = 0;
 
     /// Serves until cancelled, then ends all connections.

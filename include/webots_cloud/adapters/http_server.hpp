@@ -106,6 +106,8 @@ struct HttpServerStatistics
 };
 
 /// Serves an endpoint to the network.
+///
+/// Lifetime: must outlive its operations: await their end before it goes.
 class HttpServer
 {
 public:
@@ -115,13 +117,15 @@ public:
     /// the conversations to end. Once.
     ///
     /// Lifetime: `endpoint` must outlive the operation.
-    /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use.
+    /// Errors: as `listen`; `operation_aborted` when cancelled.
     virtual boost::asio::awaitable<result<>> run(Endpoint& endpoint) = 0;
 
     /// Opens the port; `run` does so itself if need be.
     ///
-    /// Errors: `unavailable`, naming the port; `invalid_config`, naming a file of the certificate, or an
-    /// entry of `trusted_proxies`, that is unusable.
+    /// Errors: `unavailable`, naming the port: it is in use, or this machine does not have `listen_address`
+    /// now; `invalid_argument`: `listen_address` is no numeric address, or the port is one that we may not
+    /// open; `invalid_config`, naming a file of the certificate, or an entry of `trusted_proxies`, that is
+    /// unusable.
     virtual result<> listen() = 0;
 
     /// The port that is listened on.

@@ -73,7 +73,7 @@ struct RemoteStart
     /// Empty: the program runs here.
     std::vector<std::string> command;
     /// The guard there prints a line that says where it is, and another one when the program listens on one
-    /// of these TCP ports (see `core::JobOutput`); `Process::listening_port` can't see that.
+    /// of these TCP ports, both for SimulationLauncher to read; `Process::listening_port` can't see that.
     std::uint16_t first_port = 0;
     std::uint16_t last_port = 0;
     /// Our files and folders, absolute, that are copied there before the program starts: `/a/b` is
@@ -201,6 +201,7 @@ enum class Listening
 /// A running program and everything it started.
 ///
 /// The destructor ends the whole tree at once, without waiting for it.
+/// Lifetime: must outlive its operations, but for those that say otherwise: await their end before it goes.
 /// Thread-safety: one executor.
 class Process
 {
@@ -249,8 +250,10 @@ public:
     virtual ~ProcessHost() = default;
 
     /// Starts a program.
+    ///
     /// Errors: `start_failed`, its detail naming the program and the reason, which the SimulationLauncher
-    /// tells as `Unable to start Webots: <detail>`; a failure with an `info()` is told as it is.
+    /// tells as `Unable to start Webots: <detail>`; a failure with an `info()` is told as it is;
+    /// `invalid_argument`: `argv` is empty.
     virtual boost::asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) = 0;
 
     /// Takes a free port.

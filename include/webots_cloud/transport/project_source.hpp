@@ -99,10 +99,24 @@ struct RestoreOrder
     std::string file; ///< Relative to the root: names separated by `/`, none of them `.` or `..`.
 };
 
-/// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory
-/// (and folders of its own: a cache, or one that is gone again afterwards). What arrives is a stranger's:
-/// docs/recipes.md ("Another source of projects") lists what a source must not let through.
+/// Fetches projects from somewhere: a folder, a server, or what a program of yours has.
 ///
+/// Simulators run what arrives, and strangers may have written it. So every source guarantees:
+///
+/// - It works on threads of its own, never on the caller's, and ends soon when it is cancelled.
+/// - It writes below the order's directory (and in folders of its own: a cache, or one that is gone again
+///   afterwards), never through a link that has arrived, and nothing after `fetch` has completed.
+/// - Each name that arrives is that of one file or folder: at most 255 bytes, without slashes, backslashes
+///   and zeros, neither `.` nor `..`, nor `.git` in any spelling that a file system takes for it. What has
+///   another name is left out and in `FetchedProject::forbidden`, or the project is refused.
+/// - Symbolic links are relative and stay inside the root, or are left out; so are devices, pipes and
+///   sockets. Nobody but the owner may write what has arrived.
+/// - `restore` and `discard` cope with all that a simulation may have made of the directory.
+/// - Certificates of servers are verified. Servers get no credentials but those that the operator has meant
+///   for them. Redirects to other hosts are not followed unchecked.
+///
+/// What a source throws, ProjectFetcher passes on when it has discarded the directory.
+/// Lifetime: must outlive its operations: await their end before it goes.
 /// Thread-safety: one executor.
 class ProjectSource
 {
