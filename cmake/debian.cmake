@@ -144,19 +144,8 @@ endif()
 
 set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS webots-cloud-doc)
 
-# Links from page to page work: the folders are those of the source.
 set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_DOC_PACKAGE_SHLIBDEPS OFF)
-set(doc_dir ${CMAKE_INSTALL_DATADIR}/doc/webots-cloud-doc)
-foreach(page README ARCHITECTURE CONTRIBUTING HACKING SECURITY)
-    install(FILES ${PROJECT_SOURCE_DIR}/${page}.md DESTINATION ${doc_dir} COMPONENT doc EXCLUDE_FROM_ALL)
-endforeach()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${doc_dir} COMPONENT doc EXCLUDE_FROM_ALL PATTERN site EXCLUDE)
-
-file(GLOB examples CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/examples/*.cpp)
-set(examples_dir ${CMAKE_INSTALL_DATADIR}/doc/libwebots-cloud-dev/examples)
-install(FILES ${examples} DESTINATION ${examples_dir} COMPONENT dev EXCLUDE_FROM_ALL)
-install(FILES ${CMAKE_CURRENT_LIST_DIR}/debian/examples.cmake DESTINATION ${examples_dir} RENAME CMakeLists.txt COMPONENT dev EXCLUDE_FROM_ALL)
 
 # Units for /usr; config/systemd has those for /usr/local.
 foreach(kind session simulation)
