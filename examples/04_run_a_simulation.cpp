@@ -12,8 +12,10 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <system_error>
 
 using namespace webots_cloud;
 namespace asio = boost::asio;
@@ -72,8 +74,14 @@ int main(int argc, char** argv)
     auto const processes = make_process_host(executor, fs::path(argv[1]) / "webots-process-guard");
     auto const projects = make_directory_source(argv[2]);
 
+    // For what it fetches: its own, and empty at first.
+    auto instances = (fs::temp_directory_path() / "webots_cloud_XXXXXX").string();
+    if (!::mkdtemp(instances.data())) {
+        std::cerr << "no folder can be made in " << fs::temp_directory_path() << '\n';
+        return 1;
+    }
     ProjectFetcherParams fetching;
-    fetching.instances = fs::temp_directory_path();
+    fetching.instances = instances;
     ProjectFetcher fetcher(fetching, {Forge("local:", *projects)}, Logger());
     SimulationLauncherFacts facts;
     facts.webots = fs::path(argv[1]) / "webots-demo-simulator";
@@ -90,5 +98,7 @@ int main(int argc, char** argv)
     };
     asio::co_spawn(context, simulate(fetcher, launcher, argv[3]), report);
     context.run();
+    std::error_code kept;
+    fs::remove(instances, kept);
     return status;
 }

@@ -39,6 +39,7 @@ public:
 
     ~LoadMonitor();
     LoadMonitor(LoadMonitor&&) noexcept;
+    LoadMonitor& operator=(LoadMonitor&&) noexcept;
 
     /// Takes other parameters, from each server's next poll on.
     ///

@@ -196,6 +196,7 @@ result<LoadMonitor> LoadMonitor::make(LoadMonitorParams params, HttpClient& http
 
 LoadMonitor::~LoadMonitor() = default;
 LoadMonitor::LoadMonitor(LoadMonitor&&) noexcept = default;
+LoadMonitor& LoadMonitor::operator=(LoadMonitor&&) noexcept = default;
 
 result<> LoadMonitor::apply(LoadMonitorParams params)
 {
