@@ -29,6 +29,23 @@ const textOf = (page, place = '#programs') => page.locator(`${place} ${EDITOR}`)
   : [...editor.querySelectorAll('.cm-line')].map(({ textContent }) => textContent).join('\n')));
 const has = (page, part) => until(async () => (await textOf(page)).includes(part), part);
 
+// Parts of a page cut off what is wider than they are, and nobody can scroll there: the width of the document says nothing of it.
+async function assertEveryControlIsReached(page, place) {
+  const screen = page.viewportSize();
+  const around = await page.locator(place).boundingBox();
+  const [left, right] = [Math.max(0, around.x), Math.min(screen.width, around.x + around.width)];
+  const controls = await page.locator(`${place} :is(.program-editor .head, .panels header) :is(select, button):visible`).all();
+  assert.ok(controls.length >= 5, `${controls.length} controls`);
+  for (const control of controls) {
+    const seen = async () => `${await control.evaluate(({ outerHTML }) => outerHTML)}: ${JSON.stringify(await control.boundingBox())} in ${JSON.stringify(screen)}`;
+    const { x, width } = await control.boundingBox(); // before anything scrolls: scripts can, where people can't
+    assert.ok(x >= left && x + width <= right, await seen());
+    await control.scrollIntoViewIfNeeded();
+    const { y, height } = await control.boundingBox();
+    assert.ok(y >= 0 && y + height <= screen.height, await seen());
+  }
+}
+
 async function write(page, program) {
   await page.fill(`#programs ${EDITOR}`, program);
   await page.click('#programs .primary');
@@ -51,6 +68,7 @@ for (const [name, options, words] of [
     assert.ok((await page.textContent('#programs .lesson li')).startsWith(words.step));
     await has(page, 'left.setVelocity(0)');
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), options.viewport.width);
+    await assertEveryControlIsReached(page, '#programs');
     assert.deepEqual(await accessibilityFindings(page), []);
 
     await write(page, WRONG);
@@ -116,12 +134,19 @@ test('in a class the teacher sees who runs what, reads it, gives a starting file
   await teacher.fill('#seats', '2');
   const { link } = await openClass(teacher);
   await until(async () => /^[12] of 2 are ready/.test(await teacher.textContent('#staged')), 'staged seats');
-  const students = { Ada: await attend(t, browser, link, 'Ada'), Grace: await attend(t, browser, link, 'Grace') };
+  const students = { Ada: await attend(t, browser, link, 'Ada', PHONE), Grace: await attend(t, browser, link, 'Grace') };
   const runs = (name, words) => until(async () => words.test(await tile(teacher, name).locator('.program').textContent()), `${name}: ${words}`);
   for (const [name, student] of Object.entries(students)) {
     await student.waitForSelector(`${ofView} .lesson li`);
     await runs(name, /^move\.py, as handed out$/);
   }
+
+  // On a telephone and a tablet, upright and on its side. Where the editor is below the picture, the view scrolls, and not the editor once more.
+  for (const [width, height] of [[768, 1024], [1024, 768], [844, 390], [390, 844]]) {
+    await students.Ada.setViewportSize({ width, height });
+    await assertEveryControlIsReached(students.Ada, ofView);
+  }
+  assert.equal(await students.Ada.locator(`${ofView} .program-editor`).evaluate((editor) => editor.scrollHeight - editor.clientHeight), 0);
 
   await programOf(students.Ada, WRONG);
   await runs('Ada', /^move\.py, changed · error in line 1\d$/);

@@ -37,7 +37,8 @@ ${sizeOf(':host([data-free])')}
 .notice button, .panels button { font: inherit; min-height: 2rem; padding: 0.2rem 0.6rem; color: inherit; background: transparent; border: 1px solid var(--line); border-radius: var(--radius); cursor: pointer; }
 .console:focus-visible, .notice button:focus-visible, .panels button:focus-visible, select:focus-visible { outline: 3px solid var(--accent); outline-offset: 1px; }
 .panels { display: flex; flex-wrap: wrap; gap: 0.35rem; max-height: 50%; overflow: auto; }
-.panels section { flex: 1 1 18rem; display: flex; flex-direction: column; min-height: 10rem; border-top: 1px solid var(--line); }
+/* No wider than the view, however long a line of a program is. */
+.panels section { flex: 1 1 18rem; display: flex; flex-direction: column; min-width: 0; min-height: 10rem; border-top: 1px solid var(--line); }
 .panels header { display: flex; align-items: center; gap: 0.35rem; padding: 0.25rem 0.5rem; }
 .panels header p { flex: 1; margin: 0; font-weight: 600; }
 .program-editor { flex: 1 1 0; }
@@ -56,6 +57,7 @@ ${sizeOf(':host([data-free])')}
   .view:has(.program-editor) .stage { flex: 0 0 14rem; }
   .view:has(.program-editor) .panels { flex: none; max-height: none; overflow: visible; }
   .view:has(.program-editor) .panels section:has(.program-editor) { flex: 1 0 100%; min-height: 28rem; }
+  .panels .program-editor { flex-basis: auto; flex-shrink: 0; overflow: visible; } /* the view scrolls, and no part of it once more */
 }
 .panels iframe { flex: 1; width: 100%; min-height: 9rem; border: 0; background: #fff; color-scheme: light; }
 .console { flex: 1; min-height: 6rem; max-height: 16rem; overflow: auto; padding: 0.25rem 0.5rem; font: 0.8125rem/1.35 var(--mono); white-space: pre-wrap; overflow-wrap: anywhere; }
