@@ -34,7 +34,8 @@ ${sizeOf(':host([data-free])')}
 .view[data-state="idle"] :is(.toolbar, .notice, .panels) { display: none; }
 .toolbar { flex: none; border-top: 1px solid var(--line); }
 .windows { display: contents; }
-.notice button, .panels button { font: inherit; min-height: 2rem; padding: 0.2rem 0.6rem; color: inherit; background: transparent; border: 1px solid var(--line); border-radius: var(--radius); cursor: pointer; }
+.notice button, .panels :is(button, select) { font: inherit; min-height: 2rem; padding: 0.2rem 0.6rem; color: inherit; background: transparent; border: 1px solid var(--line); border-radius: var(--radius); cursor: pointer; }
+.panels select { background: var(--panel); }
 .console:focus-visible, .notice button:focus-visible, .panels button:focus-visible, select:focus-visible { outline: 3px solid var(--accent); outline-offset: 1px; }
 .panels { display: flex; flex-wrap: wrap; gap: 0.35rem; max-height: 50%; overflow: auto; }
 /* No wider than the view, however long a line of a program is. */
