@@ -20,7 +20,8 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// Announces a machine to every session server each ten seconds, and says goodbye when it ends. What fails
 /// costs a log line, and is tried again ten seconds later.
 ///
-/// Lifetime: `http` and `clock` must outlive it, and it its operations: await their end before it goes.
+/// Lifetime: `http` and `clock` must outlive it. It must outlive its operations: await their end before it is
+/// destroyed.
 /// Thread-safety: one executor.
 class Announcing
 {

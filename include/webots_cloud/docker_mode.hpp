@@ -80,8 +80,8 @@ struct LaunchPlan
 
 /// Docker on this machine. A live object: await `run()` as long as it is used.
 ///
-/// Lifetime: everything passed by reference must outlive it, and it its operations: await their end before
-/// it goes.
+/// Lifetime: everything passed by reference must outlive it. It must outlive its operations: await their end
+/// before it is destroyed.
 /// Thread-safety: one executor.
 class DockerMode
 {

@@ -25,8 +25,8 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 ///
 /// First polls start at once; later ones are spread over the interval. Nothing is polled until `run()` is
 /// awaited. What is known of the servers is kept here alone: others look at `servers()` and `totals()`.
-/// Lifetime: `http` and `clock` must outlive the monitor, and the monitor its operations: await their end
-/// before it goes.
+/// Lifetime: `http` and `clock` must outlive the monitor, and the monitor must outlive its operations: await
+/// their end before it is destroyed.
 /// Thread-safety: one executor.
 class LoadMonitor
 {

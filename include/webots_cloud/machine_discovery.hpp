@@ -46,8 +46,8 @@ struct MachineDiscoveryHooks
 /// Looks names up again and again, and listens to announcements (docs/discovery.md).
 ///
 /// The machines change in `run`, which looks after them once a second.
-/// Lifetime: everything passed by reference must outlive it, and it its operations: await their end before
-/// it goes.
+/// Lifetime: everything passed by reference must outlive it. It must outlive its operations: await their end
+/// before it is destroyed.
 /// Thread-safety: one executor.
 class MachineDiscovery
 {

@@ -36,7 +36,8 @@ struct OperatorMailStatistics
 /// email to <administrator>: <reason>`, until it fails for another reason. What can't be delivered in the end
 /// is written to the log. Nothing is sent until `run()` is awaited; changes may be noted before.
 ///
-/// Lifetime: `notifier` and `clock` must outlive it, and it its operations: await their end before it goes.
+/// Lifetime: `notifier` and `clock` must outlive it. It must outlive its operations: await their end before
+/// it is destroyed.
 /// Thread-safety: one executor.
 class OperatorMail
 {

@@ -59,8 +59,8 @@ struct Project
 /// Fetches projects into instance directories. Each source limits how many it fetches at a time, so that a
 /// slow server delays only its own projects.
 ///
-/// Lifetime: the sources must outlive the fetcher, and the fetcher its operations: await their end before it
-/// goes.
+/// Lifetime: the sources must outlive the fetcher, and the fetcher must outlive its operations: await their
+/// end before it is destroyed.
 /// Thread-safety: one executor.
 class ProjectFetcher
 {

@@ -19,7 +19,8 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// at most 10 minutes apart. All are told again when what they were told has changed. Never in the way of
 /// anything else: what fails costs a log line.
 ///
-/// Lifetime: `http` and `clock` must outlive it, and it its operations: await their end before it goes.
+/// Lifetime: `http` and `clock` must outlive it. It must outlive its operations: await their end before it is
+/// destroyed.
 /// Thread-safety: one executor.
 class Registration
 {

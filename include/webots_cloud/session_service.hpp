@@ -66,8 +66,8 @@ struct SessionServiceHooks
 /// awaited, reports are passed from the monitor to the scheduler, and changes of availability to the
 /// browsers.
 ///
-/// Lifetime: everything passed by reference must outlive the service, and the service its operations:
-/// await their end before it goes.
+/// Lifetime: everything passed by reference must outlive the service, and the service must outlive its
+/// operations: await their end before it is destroyed.
 /// Thread-safety: one executor.
 class SessionService final : public Endpoint, public ControllerDoor
 {

@@ -186,7 +186,8 @@ struct Compilation
 
 /// A started simulator. Destroying it kills what still runs, and returns its port to the pool.
 ///
-/// Lifetime: must outlive its operations, but for those that say otherwise: await their end before it goes.
+/// Lifetime: must outlive its operations, but for those that say otherwise: await their end before it is
+/// destroyed.
 class Simulation
 {
 public:
@@ -248,7 +249,7 @@ public:
 /// Starts simulators on ports of its own.
 ///
 /// Lifetime: everything passed by reference must outlive the launcher, and the launcher its simulations and
-/// its operations: await their end before it goes.
+/// its operations: await their end before it is destroyed.
 /// Thread-safety: one executor.
 class SimulationLauncher
 {

@@ -91,8 +91,8 @@ struct SimulationServiceHooks
 /// Runs one simulation per browser: fetch, launch, relay, clean up.
 ///
 /// Inert until served by an adapter and `run()` is awaited, which measures the machine once a second.
-/// Lifetime: everything passed by reference must outlive the service, and the service its operations:
-/// await their end before it goes.
+/// Lifetime: everything passed by reference must outlive the service, and the service must outlive its
+/// operations: await their end before it is destroyed.
 /// Thread-safety: one executor.
 class SimulationService final : public Endpoint, public ControllerDoor
 {

@@ -44,8 +44,8 @@ struct SlurmFacts
 
 /// Slurm on this machine and its cluster. A live object: await `run()` as long as it is used.
 ///
-/// Lifetime: everything passed by reference must outlive it, and it its operations: await their end before
-/// it goes.
+/// Lifetime: everything passed by reference must outlive it. It must outlive its operations: await their end
+/// before it is destroyed.
 /// Thread-safety: one executor.
 class SlurmMode
 {

@@ -41,7 +41,7 @@ struct ControllerServerParams
 /// Passes connections of controllers on to simulators. Of what they say it reads the greeting and the
 /// simulator's answer to that, nothing else.
 ///
-/// Lifetime: must outlive its operations: await their end before it goes.
+/// Lifetime: must outlive its operations: await their end before it is destroyed.
 class ControllerServer
 {
 public:

@@ -107,7 +107,7 @@ struct HttpServerStatistics
 
 /// Serves an endpoint to the network.
 ///
-/// Lifetime: must outlive its operations: await their end before it goes.
+/// Lifetime: must outlive its operations: await their end before it is destroyed.
 class HttpServer
 {
 public:

@@ -19,7 +19,7 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 /// A Unix socket on which the operator asks what nobody else may: every request there is
 /// `IncomingRequest::is_operator`.
 ///
-/// Lifetime: must outlive its operations: await their end before it goes.
+/// Lifetime: must outlive its operations: await their end before it is destroyed.
 class OperatorSocket
 {
 public:

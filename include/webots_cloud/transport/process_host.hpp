@@ -201,7 +201,8 @@ enum class Listening
 /// A running program and everything it started.
 ///
 /// The destructor ends the whole tree at once, without waiting for it.
-/// Lifetime: must outlive its operations, but for those that say otherwise: await their end before it goes.
+/// Lifetime: must outlive its operations, but for those that say otherwise: await their end before it is
+/// destroyed.
 /// Thread-safety: one executor.
 class Process
 {

@@ -116,7 +116,7 @@ struct RestoreOrder
 ///   for them. Redirects to other hosts are not followed unchecked.
 ///
 /// What a source throws, ProjectFetcher passes on when it has discarded the directory.
-/// Lifetime: must outlive its operations: await their end before it goes.
+/// Lifetime: must outlive its operations: await their end before it is destroyed.
 /// Thread-safety: one executor.
 class ProjectSource
 {

@@ -85,9 +85,8 @@ Failure unasked(std::string const& name, std::string const& servers)
 {
     return {errc::unreachable,
             concat("the name ", core::printable(name, 255), " can't be resolved: ",
-                   servers.empty()
-                       ? ::ares_strerror(ARES_ENOTINITIALIZED)
-                       : core::concat("expected numeric addresses of name servers, found ", servers))};
+                   servers.empty() ? ::ares_strerror(ARES_ENOTINITIALIZED)
+                                   : concat("expected numeric addresses of name servers, found ", servers))};
 }
 
 /// What c-ares brings back with an answer.

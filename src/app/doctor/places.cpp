@@ -181,9 +181,8 @@ Findings website_findings(SimulationConfig const& config)
     };
     if (config.docker)
         return findings;
-    std::error_code ignored;
-    if (fs::is_directory(config.websites.projects,
-                         ignored)) // a missing one is told by the configuration itself
+    std::error_code ignored; // a folder that is missing is told by the configuration itself
+    if (fs::is_directory(config.websites.projects, ignored))
         require("projectsDir", config.websites.projects, "Websites have no templates to start from.");
     if (config.websites.keys != SimulationConfig().websites.keys)
         require("keyDir", config.websites.keys, "Projects are fetched from websites without a key.");

@@ -843,6 +843,10 @@ BOOST_AUTO_TEST_CASE(shapes_and_units_of_keys_of_the_session_server_are_understo
          {R"("pauseHidden":60)",
           [](auto const& c) { return c.service.pause_hidden == std::chrono::seconds(60); }},
          {R"("sessionRate":0.5)", [](auto const& c) { return c.service.session_rate == 0.5; }},
+         {R"("sessionBurst":0)", [](auto const& c) { return c.service.session_burst == 0; }},
+         {R"("waitingRoom":0)", [](auto const& c) { return c.service.waiting_room == 0; }},
+         {R"("logFormat":"json")", [](auto const& c) { return c.json_log; }},
+         {R"("logFormat":"text")", [](auto const& c) { return !c.json_log; }},
          {R"("mailSender":"a@b.org","mailSenderUser":"robot")",
           [](auto const& c) { return c.mail.user == "robot"; }}});
     check_faults(session,

@@ -534,6 +534,7 @@ BOOST_AUTO_TEST_CASE(what_is_left_while_docker_does_not_answer_is_removed_when_i
     fixture.leave(fixture.start());
     BOOST_TEST(fixture.log.contains("something may be left, until docker answers: Cannot connect"));
     fixture.world.advance(60s);
+    BOOST_TEST(fixture.run().size() == 3u + 5u + 2u + 1u + 1u + 3u + looks);
     BOOST_TEST(fixture.has_run("/bin/docker rm --force --volumes c1"));
 }
 
@@ -564,6 +565,7 @@ BOOST_AUTO_TEST_CASE(each_step_of_a_build_is_limited_as_soon_as_it_runs)
     fixture.world.advance(20s);
     fixture.leave(browser);
     fixture.world.advance(60s);
+    BOOST_TEST(fixture.run().size() == 2u + 1u + 4u + looks + 3u);
     BOOST_TEST(fixture.runs_of("docker events --since") == 2);
     BOOST_TEST(fixture.has_run("/bin/docker update --pids-limit 50 0a"));
     BOOST_TEST(fixture.has_run("/bin/docker update --pids-limit 50 0c"));
@@ -624,6 +626,7 @@ BOOST_AUTO_TEST_CASE(all_steps_of_a_build_together_may_write_as_much_as_a_simula
     fixture.world.advance(1s);
     BOOST_TEST(!browser.close_code.has_value());
     fixture.world.advance(3s);
+    BOOST_TEST(fixture.run().size() == 1u + 2 * 4u + looks);
     BOOST_TEST(fixture.has_run("/bin/docker images --all --quiet --no-trunc"));
     BOOST_TEST(fixture.runs_of(concat(" ", image_id('a'), " ", image_id('b'))) == 2);
     BOOST_TEST(fixture.runs_of(" --filter id=cccccccccccc") == 2);
@@ -688,6 +691,7 @@ BOOST_AUTO_TEST_CASE(what_is_kept_of_builds_has_a_limit_and_nothing_goes_that_a_
     fixture.start();
     auto& browser = fixture.start();
     fixture.leave(browser);
+    BOOST_TEST(fixture.run().size() == 2u + looks + 3u);
     BOOST_TEST(fixture.has_run("/bin/docker images --all --quiet --no-trunc --filter "
                                "label=webots_cloud.server=webots-2000-1f3a9c4d"));
     BOOST_TEST(fixture.has_run(concat("/bin/docker rmi --no-prune ", image_id('b'))));
@@ -732,6 +736,7 @@ BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again_and_lose_the_na
     auto& browser = fixture.start();
     fixture.leave(browser);
     fixture.world.advance(60s);
+    BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 2u + 2u);
     BOOST_TEST(fixture.has_run(concat("/bin/docker rmi --force --no-prune ", project, "_webots:latest")));
 }
 
@@ -1180,6 +1185,7 @@ BOOST_AUTO_TEST_CASE(old_images_go_only_where_the_operator_has_named_those_that_
     fixture.expect_commands(2);
     auto& browser = fixture.start();
     fixture.leave(browser);
+    BOOST_TEST(fixture.run().size() == 1u + looks + 5u);
     BOOST_TEST(fixture.has_run("/bin/docker images --filter dangling=true --filter "
                                "label=webots_cloud.server=webots-2000-1f3a9c4d --format "
                                "{{.ID}}\t{{.CreatedAt}}"));
